@@ -1,0 +1,182 @@
+// The controller, and the flight: all in the core, or one control step or physics step at a time.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/unique_ptr.h>
+
+#include "bind.hpp"
+
+namespace omnimorph::python {
+
+namespace {
+
+using Settings = ControllerSettings<double, 0>;
+
+Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
+                                  const Array& input, const Array& input_change, const Array& acceleration, bool three_candidates, double tilt_change) {
+    for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
+    expect_size(acceleration, 6, "acceleration");
+    if (three_candidates && vehicle.n_servos != 1) throw nb::value_error("the three-candidate rule needs exactly one servo");
+    Settings s;
+    s.gains = {vector_from<3>(velocity.data()), vector_from<3>(position.data()), vector_from<3>(rate.data()), vector_from<3>(attitude.data())};
+    s.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
+                 vector_from<6>(acceleration.data())};
+    s.rule = three_candidates ? AllocationRule::three_candidates : AllocationRule::fixed_tilt;
+    s.tilt_change = tilt_change;
+    return s;
+}
+
+AnyCommand command_from(const Array& thrust, const Array& tilt, int n, int m) {
+    return {per_rotor_from(thrust, n, "thrust"), per_servo_from(tilt, m, "tilt")};
+}
+
+/// An allocation as Python sees it; it knows how many rotors and servos it speaks of.
+struct AllocationView {
+    AnyAllocation a;
+    int n, m;
+};
+
+std::unique_ptr<AnyController> new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
+    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
+    switch (int(vehicle.n_rotors)) {
+        case 4: return make_controller<4>(vehicle, settings, start);
+        case 6: return make_controller<6>(vehicle, settings, start);
+        case 8: return make_controller<8>(vehicle, settings, start);
+        case 12: return make_controller<12>(vehicle, settings, start);
+        default: return make_controller<0>(vehicle, settings, start);
+    }
+}
+
+std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
+    switch (int(parts.model.n_rotors)) {
+        case 4: return make_flight<4>(parts);
+        case 6: return make_flight<6>(parts);
+        case 8: return make_flight<8>(parts);
+        case 12: return make_flight<12>(parts);
+        default: return make_flight<0>(parts);
+    }
+}
+
+double* column(const nb::dict& columns, const char* name, std::size_t size) {
+    const auto array = nb::cast<nb::ndarray<double, nb::c_contig, nb::device::cpu>>(columns[name]);
+    if (array.size() != size) throw nb::value_error((std::string("column ") + name + " has the wrong size").c_str());
+    return array.data();
+}
+
+Record record_into(const nb::dict& columns, std::size_t rows, std::size_t n, std::size_t m) {
+    Record r;
+    if (columns.size() == 0) return r;
+    r.p = column(columns, "p_WB", 3 * rows);
+    r.R = column(columns, "R_WB", 9 * rows);
+    r.v = column(columns, "v_WB", 3 * rows);
+    r.w = column(columns, "w_WB_B", 3 * rows);
+    r.desired_p = column(columns, "desired_p_WB", 3 * rows);
+    r.desired_R = column(columns, "desired_R_WB", 9 * rows);
+    r.desired_v = column(columns, "desired_v_WB", 3 * rows);
+    r.desired_w = column(columns, "desired_w_WB_B", 3 * rows);
+    r.thrust = column(columns, "thrust", n * rows);
+    r.speed = column(columns, "speed", n * rows);
+    r.tilt = column(columns, "tilt", m * rows);
+    r.tilt_command = column(columns, "tilt_command", m * rows);
+    r.wrench_asked = column(columns, "wrench_asked", 6 * rows);
+    r.wrench_achieved = column(columns, "wrench_achieved", 6 * rows);
+    r.cost = column(columns, "cost", rows);
+    r.kkt_residual = column(columns, "kkt_residual", rows);
+    const auto active = nb::cast<nb::ndarray<std::int8_t, nb::c_contig, nb::device::cpu>>(columns["active"]);
+    if (active.size() != n * rows) throw nb::value_error("column active has the wrong size");
+    r.active = active.data();
+    return r;
+}
+
+std::unique_ptr<AnyFlight> new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const Settings& controller, const Reference& reference,
+                                      const Array& start, const Array& thrust, const Array& tilt, long steps, int control_every, double lost_beyond,
+                                      std::uint64_t seed, std::uint32_t flight, const nb::dict& columns) {
+    const int n = model.n_rotors, m = model.n_servos;
+    return new_flight_for({plant, model, controller, &reference, motion_from(start), command_from(thrust, tilt, n, m),
+                           {steps, control_every, lost_beyond, {seed, flight}},
+                           record_into(columns, static_cast<std::size_t>(steps + 1), static_cast<std::size_t>(n), static_cast<std::size_t>(m))});
+}
+
+void make_reference(Reference* self, const Array& segments, const Array& samples) {
+    new (self) Reference();
+    if (segments.size() % 21 != 0 || samples.size() % desired_width != 0 || segments.size() + samples.size() == 0)
+        throw nb::value_error("a reference has rows of 21 (segments) or 24 numbers (samples)");
+    for (std::size_t k = 0; k < segments.size(); k += 21) {
+        const double* row = segments.data() + k;
+        self->segments.push_back({row[0], row[1], vector_from<3>(row + 2), vector_from<3>(row + 5), matrix_from(row + 8), vector_from<3>(row + 17), row[20]});
+    }
+    self->samples.assign(samples.data(), samples.data() + samples.size());
+}
+
+/// A command that was decided outside: every number checked to be finite by the caller.
+void decide(AnyFlight& flight, const Array& thrust, const Array& tilt, const Array& active, const Array& wrench_asked, double cost) {
+    const int n = flight.n_rotors;
+    expect_size(wrench_asked, 6, "wrench_asked");
+    flight.decide({command_from(thrust, tilt, n, flight.n_servos), per_rotor_from(active, n, "active"), cost, std::nan(""), vector_from<6>(wrench_asked.data())});
+}
+
+}  // namespace
+
+void bind_loop(nb::module_& m) {
+    using namespace nb::literals;
+    nb::class_<Settings>(m, "ControllerSettings");
+    m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
+          "input_change"_a, "acceleration"_a, "three_candidates"_a, "tilt_change"_a);
+    nb::class_<AllocationView>(m, "Allocation")
+        .def_prop_ro("thrust", [](const AllocationView& v) { return new_array(v.a.command.thrust.a, {static_cast<std::size_t>(v.n)}); })
+        .def_prop_ro("tilt", [](const AllocationView& v) { return new_array(v.a.command.tilt.a, {static_cast<std::size_t>(v.m)}); })
+        .def_prop_ro("active", [](const AllocationView& v) { return new_array(v.a.active.a, {static_cast<std::size_t>(v.n)}); })
+        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return new_array(v.a.wrench_asked.a, {6}); })
+        .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
+        .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
+    nb::class_<AnyController>(m, "Controller")
+        .def("step", [](AnyController& c, const Array& state, const Array& desired) {
+            return AllocationView{c.step(motion_from(state), desired_from(desired)), c.n_rotors, c.n_servos};
+        }, "state"_a, "desired"_a)
+        .def("allocate", [](AnyController& c, const Array& state, const Array& acceleration) {
+            expect_size(acceleration, 6, "acceleration");
+            return AllocationView{c.allocate(motion_from(state), vector_from<6>(acceleration.data())), c.n_rotors, c.n_servos};
+        }, "state"_a, "acceleration"_a)
+        .def("restart", [](AnyController& c, const Array& thrust, const Array& tilt) { c.restart(command_from(thrust, tilt, c.n_rotors, c.n_servos)); },
+             "thrust"_a, "tilt"_a);
+    m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
+    m.def("reference_acceleration", [](const Settings& s, const Array& state, const Array& desired) {
+        return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.gains).a, {6});
+    }, "settings"_a, "state"_a, "desired"_a);
+    m.def("wrench_for", [](const AnyVehicle& v, const Array& state, const Array& acceleration) {
+        expect_size(acceleration, 6, "acceleration");
+        return new_array(wrench_for(v, motion_from(state), vector_from<6>(acceleration.data())).a, {6});
+    }, "vehicle"_a, "state"_a, "acceleration"_a);
+
+    nb::class_<Reference>(m, "Reference").def("__init__", &make_reference, "segments"_a, "samples"_a);
+
+    nb::enum_<FlightStatus>(m, "FlightStatus")
+        .value("FLYING", FlightStatus::flying)
+        .value("COMPLETED", FlightStatus::completed)
+        .value("LOST", FlightStatus::lost)
+        .value("NOT_FINITE", FlightStatus::not_finite)
+        .value("DIVERGED", FlightStatus::diverged);
+    nb::class_<AnyFlight>(m, "Flight")
+        .def("advance", &AnyFlight::advance, nb::call_guard<nb::gil_scoped_release>(), "most_steps"_a)
+        .def("measure", [](AnyFlight& f) { return as_array(f.measure()); })
+        .def("motion", [](const AnyFlight& f) { return as_array(f.motion()); })
+        .def("desired", [](const AnyFlight& f) { return as_array(f.desired()); })
+        .def("control", [](AnyFlight& f, const Array& state, const Array& desired) {
+            const AnyAllocation a = f.control(motion_from(state), desired_from(desired));
+            f.decide(a);
+            return AllocationView{a, f.n_rotors, f.n_servos};
+        }, "state"_a, "desired"_a)
+        .def("decide", &decide, "thrust"_a, "tilt"_a, "active"_a, "wrench_asked"_a, "cost"_a)
+        .def("integrate", [](AnyFlight& f, int steps, const Array& pushed) {
+            expect_size(pushed, 6, "pushed");
+            f.integrate(steps, vector_from<6>(pushed.data()));
+        }, "steps"_a, "pushed"_a)
+        .def("speed", [](const AnyFlight& f) { return new_array(f.speed().a, {static_cast<std::size_t>(f.n_rotors)}); })
+        .def("tilt", [](const AnyFlight& f) { return new_array(f.tilt().a, {static_cast<std::size_t>(f.n_servos)}); })
+        .def("wrench_achieved", [](const AnyFlight& f) { return new_array(f.wrench_achieved().a, {6}); })
+        .def_prop_ro("step", &AnyFlight::step)
+        .def_prop_ro("status", &AnyFlight::status);
+    m.def("new_flight", &new_flight, nb::kw_only(), "plant"_a, "model"_a, "controller"_a, "reference"_a, "start"_a, "thrust"_a, "tilt"_a,
+          "steps"_a, "control_every"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "columns"_a,
+          nb::keep_alive<0, 4>(), nb::keep_alive<0, 13>());
+}
+
+}  // namespace omnimorph::python

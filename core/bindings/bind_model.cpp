@@ -1,0 +1,118 @@
+// Vehicle, wrench map, box QP, noise and the rotation group.
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/tuple.h>
+
+#include "bind.hpp"
+#include "omnimorph/random.hpp"
+
+namespace omnimorph::python {
+
+namespace {
+
+AnyVehicle make_vehicle(double mass, const Array& inertia, const Array& position, const Array& axis, const Array& axis_cosine, const Array& axis_sine,
+                        const nb::ndarray<const std::int64_t, nb::c_contig>& servo, const Array& spin, const Array& thrust_coefficient,
+                        const Array& drag_coefficient, const Array& speed_min, const Array& speed_max, const Array& spin_inertia,
+                        const Array& angle_min, const Array& angle_max, const Array& rate_max) {
+    const int n = static_cast<int>(spin.size()), m = static_cast<int>(angle_min.size());
+    if (n < 1 || n > most_rotors || m > most_servos) throw nb::value_error("a vehicle has 1 to 18 rotors and 0 to 18 servos");
+    AnyVehicle v(n);
+    v.n_servos = m;
+    v.mass = mass;
+    expect_size(inertia, 9, "inertia");
+    v.inertia = matrix_from(inertia.data());
+    v.inertia_inverse = inverse(v.inertia);
+    v.position = vector_per_rotor_from(position, n, "position");
+    v.axis = vector_per_rotor_from(axis, n, "axis");
+    v.axis_cosine = vector_per_rotor_from(axis_cosine, n, "axis_cosine");
+    v.axis_sine = vector_per_rotor_from(axis_sine, n, "axis_sine");
+    for (int i = 0; i < n; ++i) {
+        const std::int64_t j = servo.data()[i];
+        if (j >= m) throw nb::value_error("a rotor names a servo that the vehicle does not have");
+        v.servo[i] = j < 0 ? 0 : static_cast<int>(j);
+    }
+    v.spin = per_rotor_from(spin, n, "spin");
+    v.thrust_coefficient = per_rotor_from(thrust_coefficient, n, "thrust_coefficient");
+    v.drag_coefficient = per_rotor_from(drag_coefficient, n, "drag_coefficient");
+    v.speed_min = per_rotor_from(speed_min, n, "speed_min");
+    v.speed_max = per_rotor_from(speed_max, n, "speed_max");
+    v.spin_inertia = per_rotor_from(spin_inertia, n, "spin_inertia");
+    v.angle_min = per_servo_from(angle_min, m, "angle_min");
+    v.angle_max = per_servo_from(angle_max, m, "angle_max");
+    v.rate_max = per_servo_from(rate_max, m, "rate_max");
+    return v;
+}
+
+Numbers allocation_matrix(const AnyVehicle& v, const Array& tilt) {
+    const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
+    const auto A = thrust_wrench_map(v).at(trig);
+    const int n = v.n_rotors;
+    std::vector<double> rows(static_cast<std::size_t>(6 * n));
+    for (int r = 0; r < 6; ++r)
+        for (int i = 0; i < n; ++i) rows[r * n + i] = A.column[i][r];
+    return new_array(rows.data(), {6, static_cast<std::size_t>(n)});
+}
+
+/// d(A f)/d(angle of each servo), 6 x m; `tilts[i]` says whether rotor i tilts at all.
+Numbers tilt_derivative(const AnyVehicle& v, const Array& thrust, const Array& tilt) {
+    const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
+    const auto f = per_rotor_from(thrust, v.n_rotors, "thrust");
+    const auto map = thrust_wrench_map(v);
+    const int m = v.n_servos;
+    std::vector<double> rows(static_cast<std::size_t>(6 * m));
+    for (int i = 0; i < v.n_rotors && m > 0; ++i) {
+        const Vec6<double> slope = map.tilt_derivative(i, trig);
+        for (int r = 0; r < 6; ++r) rows[r * m + v.servo[i]] += f[i] * slope[r];
+    }
+    return new_array(rows.data(), {6, static_cast<std::size_t>(m)});
+}
+
+std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower, const Array& upper, const Array& start) {
+    const int n = static_cast<int>(g.size());
+    if (n < 1 || n > most_rotors) throw nb::value_error("a box QP has 1 to 18 variables");
+    expect_size(H, static_cast<std::size_t>(n * n), "H");
+    BoxQp<double, 0> qp(n);
+    qp.g = per_rotor_from(g, n, "g");
+    qp.lower = per_rotor_from(lower, n, "lower");
+    qp.upper = per_rotor_from(upper, n, "upper");
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j) qp.H[i][j] = H.data()[i * n + j];
+    BoxQpSolution<double, 0> s;
+    s.active = per_rotor_from(start, n, "start");
+    solve(qp, s);
+    const std::size_t size = static_cast<std::size_t>(n);
+    return {new_array(s.x.a, {size}), new_array(s.active.a, {size}), s.kkt_residual, s.iterations};
+}
+
+Numbers measurement_normals(std::uint64_t seed, std::uint32_t flight, std::uint32_t first_step, std::uint32_t steps) {
+    std::vector<double> rows(std::size_t{12} * steps);
+    for (std::uint32_t k = 0; k < steps; ++k)
+        for (std::uint32_t pair = 0; pair < 6; ++pair) {
+            const auto two = standard_normal_pair({seed, flight}, first_step + k, pair);
+            rows[12 * k + 2 * pair] = two[0];
+            rows[12 * k + 2 * pair + 1] = two[1];
+        }
+    return new_array(rows.data(), {steps, 12});
+}
+
+}  // namespace
+
+void bind_model(nb::module_& m) {
+    using namespace nb::literals;
+    nb::class_<AnyVehicle>(m, "Vehicle")
+        .def_prop_ro("n_rotors", [](const AnyVehicle& v) { return int(v.n_rotors); })
+        .def_ro("n_servos", &AnyVehicle::n_servos)
+        .def_ro("mass", &AnyVehicle::mass);
+    m.def("make_vehicle", &make_vehicle, nb::kw_only(), "mass"_a, "inertia"_a, "position"_a, "axis"_a, "axis_cosine"_a, "axis_sine"_a, "servo"_a, "spin"_a,
+          "thrust_coefficient"_a, "drag_coefficient"_a, "speed_min"_a, "speed_max"_a, "spin_inertia"_a, "angle_min"_a, "angle_max"_a, "rate_max"_a);
+    m.def("allocation_matrix", &allocation_matrix, "vehicle"_a, "tilt"_a);
+    m.def("tilt_derivative", &tilt_derivative, "vehicle"_a, "thrust"_a, "tilt"_a);
+    m.def("solve_box_qp", &solve_box_qp, "H"_a, "g"_a, "lower"_a, "upper"_a, "start"_a);
+    m.def("measurement_normals", &measurement_normals, "seed"_a, "flight"_a, "first_step"_a, "steps"_a);
+    m.def("philox", [](std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) { return philox(counter, key); }, "counter"_a, "key"_a);
+    m.def("rotation_exponential", [](const Array& phi) {
+        expect_size(phi, 3, "phi");
+        return new_array(exponential(vector_from<3>(phi.data())).a[0], {3, 3});
+    }, "phi"_a);
+}
+
+}  // namespace omnimorph::python

@@ -1,0 +1,218 @@
+// Allocation: the thrusts, and the tilt, that come closest to an acceleration under limits (the paper's eqs. 15 and 16).
+//
+// At a fixed tilt the paper's problem, with the dynamics q̈ = M⁻¹(μ + J_R A(α) f) put in, is a box QP in the thrusts:
+//
+//     J(f) = ‖u‖²_W1 + ‖q̈_r − q̈‖²_W2 + ‖u − u⁻‖²_W3,   u = f / c_f in Hz²
+//
+// written in x = f / f_scale and divided by the mean of the diagonal of its Hessian, so that tolerances mean the same for
+// every vehicle. The cost is summed term by term, never through x'Hx: the candidates differ by less than the cancellation.
+#pragma once
+
+#include "box_qp.hpp"
+#include "tracking.hpp"
+#include "wrench.hpp"
+
+namespace omnimorph {
+
+template <class T, int N> struct AllocationWeights {
+    PerRotor<T, N> input, input_change;  // W1 and W3, for thrust: 1/N²
+    Vec6<T> acceleration;                // W2: s⁴/m² then s⁴/rad²
+};
+
+/// An answer that proves itself.
+template <class T, int N> struct Allocation {
+    Command<T, N> command;
+    PerRotor<T, N> active;  // -1 at the least thrust, 0 free, +1 at the largest
+    T cost, kkt_residual;
+    Vec6<T> wrench_asked;   // in B, by the model
+};
+
+/// Newton and Euler solved for the wrench: [m Rᵀ(p̈ + g e3) ; J ẇ + w x J w], in B.
+template <class T, int N>
+inline Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& state, const Vec6<T>& acceleration) {
+    const Vec3<T> linear{{acceleration[0], acceleration[1], acceleration[2] + T(gravity)}};
+    const Vec3<T> angular{{acceleration[3], acceleration[4], acceleration[5]}};
+    const Vec3<T> force = vehicle.mass * transpose_times(state.R, linear);
+    const Vec3<T> torque = vehicle.inertia * angular + cross(state.w, vehicle.inertia * state.w);
+    return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
+}
+
+template <class T, int N> class Allocator {
+  public:
+    Allocator(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
+        : vehicle_(vehicle), weights_(weights), map_(thrust_wrench_map(vehicle)) {
+        for (int i = 0; i < vehicle.n_rotors; ++i)
+            scale_[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
+    }
+
+    /// The thrusts at the previous tilt.
+    Allocation<T, N> at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous) const {
+        const Target target(*this, state, acceleration);
+        const auto trig = trigonometry_of(previous.command.tilt, vehicle_.n_servos);
+        return answer<T>(target, solve_at<T>(target, trig, previous), previous.command.tilt);
+    }
+
+    /// The best of α⁻, α⁻ − ε, α⁻ + ε of a single servo, each within its limits; a tie goes to α⁻ (the paper's Sec. 3).
+    Allocation<T, N> best_of_three(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon) const {
+        const Target target(*this, state, acceleration);
+        const T stay = previous.command.tilt[0], low = vehicle_.angle_min[0], high = vehicle_.angle_max[0];
+        const T candidate[3] = {clamp(stay, low, high), clamp(stay - epsilon, low, high), clamp(stay + epsilon, low, high)};
+        if constexpr (lane_count<T> == 1) {
+            return best_in_lanes(target, candidate, previous);
+        } else {
+            return best_in_turn(target, candidate, previous);
+        }
+    }
+
+    const WrenchMap<T, N>& map() const { return map_; }
+
+  private:
+    /// What does not depend on the tilt: C = W2^½ M⁻¹ J_R and b = W2^½ (q̈_r − M⁻¹ μ).
+    struct Target {
+        Mat3<T> force, torque;
+        Vec6<T> b, wrench_asked;
+        Target(const Allocator& a, const Motion<T>& state, const Vec6<T>& acceleration) {
+            const Vec3<T> gyroscopic = a.vehicle_.inertia_inverse * cross(state.w, a.vehicle_.inertia * state.w);
+            wrench_asked = wrench_for(a.vehicle_, state, acceleration);
+            for (int r = 0; r < 3; ++r) {
+                const T linear_weight = square_root(a.weights_.acceleration[r]);
+                const T angular_weight = square_root(a.weights_.acceleration[3 + r]);
+                for (int c = 0; c < 3; ++c) {
+                    force[r][c] = linear_weight * state.R[r][c] / a.vehicle_.mass;
+                    torque[r][c] = angular_weight * a.vehicle_.inertia_inverse[r][c];
+                }
+                b[r] = linear_weight * (acceleration[r] + T(r == 2 ? gravity : 0));
+                b[3 + r] = angular_weight * (acceleration[3 + r] + gyroscopic[r]);
+            }
+        }
+    };
+
+    template <class U> struct Solved {
+        BoxQpSolution<U, N> qp;
+        U cost;
+    };
+
+    /// The box QP at one tilt, or at a pack of them; U is T or a pack of candidates of one vehicle.
+    template <class U>
+    Solved<U> solve_at(const Target& target, const TiltTrigonometry<U>& trig, const Allocation<T, N>& previous) const {
+        const Count<N> n = vehicle_.n_rotors;
+        const WrenchMatrix<U, N> G = weighted_map<U>(target, map_.template at<U>(trig));
+        BoxQp<U, N> qp(n);
+        Solved<U> s;
+        U trace = U(0);
+        for (int i = 0; i < n; ++i) {
+            const T diagonal = (weights_.input[i] + weights_.input_change[i]) * scale_[i] * scale_[i];
+            for (int j = 0; j <= i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]);
+            qp.H[i][i] += U(diagonal);
+            trace += qp.H[i][i];
+            qp.g[i] = U(-scale_[i] * weights_.input_change[i] * previous.command.thrust[i]);
+            for (int r = 0; r < 6; ++r) qp.g[i] -= G.column[i][r] * U(target.b[r]);
+            qp.lower[i] = U(vehicle_.thrust_min(i) / scale_[i]);
+            qp.upper[i] = U(vehicle_.thrust_max(i) / scale_[i]);
+            s.qp.active[i] = U(previous.active[i]);
+        }
+        const U unit = U(int(n)) / trace;
+        for (int i = 0; i < n; ++i) {
+            qp.g[i] *= unit;
+            for (int j = 0; j <= i; ++j) qp.H[j][i] = qp.H[i][j] = qp.H[i][j] * unit;
+        }
+        solve(qp, s.qp);
+        s.cost = cost<U>(target, G, s.qp.x, previous);
+        return s;
+    }
+
+    /// G = C A(α) f_scale
+    template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
+        WrenchMatrix<U, N> G;
+        for (int i = 0; i < vehicle_.n_rotors; ++i)
+            for (int r = 0; r < 3; ++r) {
+                U force = U(0), torque = U(0);
+                for (int c = 0; c < 3; ++c) {
+                    force += U(target.force[r][c] * scale_[i]) * A.column[i][c];
+                    torque += U(target.torque[r][c] * scale_[i]) * A.column[i][3 + c];
+                }
+                G.column[i][r] = force;
+                G.column[i][3 + r] = torque;
+            }
+        return G;
+    }
+
+    template <class U>
+    U cost(const Target& target, const WrenchMatrix<U, N>& G, const PerRotor<U, N>& x, const Allocation<T, N>& previous) const {
+        Vec6<U> miss;
+        for (int r = 0; r < 6; ++r) miss[r] = U(target.b[r]);
+        U inputs = U(0);
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            for (int r = 0; r < 6; ++r) miss[r] -= G.column[i][r] * x[i];
+            const U thrust = U(scale_[i]) * x[i];
+            const U change = thrust - U(previous.command.thrust[i]);
+            inputs += U(weights_.input[i]) * thrust * thrust + U(weights_.input_change[i]) * change * change;
+        }
+        return inputs + dot(miss, miss);
+    }
+
+    /// The three candidates of one vehicle side by side in a register; the fourth lane repeats the first.
+    Allocation<T, N> best_in_lanes(const Target& target, const T (&candidate)[3], const Allocation<T, N>& previous) const {
+        using Lanes = Pack<T, 4>;
+        PerServo<Lanes> tilt;
+        tilt[0] = Lanes(candidate[0]);
+        for (int lane = 1; lane < 3; ++lane) tilt[0].set(lane, candidate[lane]);
+        const Solved<Lanes> solved = solve_at<Lanes>(target, trigonometry_of(tilt, 1), previous);
+        int best = 0;
+        for (int lane = 1; lane < 3; ++lane)
+            if (solved.cost[lane] < solved.cost[best]) best = lane;
+        Solved<T> one;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            one.qp.x[i] = solved.qp.x[i][best];
+            one.qp.active[i] = solved.qp.active[i][best];
+        }
+        one.qp.kkt_residual = solved.qp.kkt_residual[best];
+        one.cost = solved.cost[best];
+        PerServo<T> chosen;
+        chosen[0] = candidate[best];
+        return answer<T>(target, one, chosen);
+    }
+
+    /// The three candidates of many vehicles, one after the other; each lane keeps its own best.
+    Allocation<T, N> best_in_turn(const Target& target, const T (&candidate)[3], const Allocation<T, N>& previous) const {
+        Allocation<T, N> best;
+        for (int k = 0; k < 3; ++k) {
+            PerServo<T> tilt;
+            tilt[0] = candidate[k];
+            const Allocation<T, N> next = answer<T>(target, solve_at<T>(target, trigonometry_of(tilt, 1), previous), tilt);
+            if (k == 0) {
+                best = next;
+                continue;
+            }
+            const Mask<T> better = next.cost < best.cost;
+            for (int i = 0; i < vehicle_.n_rotors; ++i) {
+                best.command.thrust[i] = select(better, next.command.thrust[i], best.command.thrust[i]);
+                best.active[i] = select(better, next.active[i], best.active[i]);
+            }
+            best.command.tilt[0] = select(better, next.command.tilt[0], best.command.tilt[0]);
+            best.kkt_residual = select(better, next.kkt_residual, best.kkt_residual);
+            best.cost = select(better, next.cost, best.cost);
+        }
+        return best;
+    }
+
+    template <class U> Allocation<T, N> answer(const Target& target, const Solved<U>& solved, const PerServo<T>& tilt) const {
+        Allocation<T, N> out;
+        out.command.tilt = tilt;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            out.command.thrust[i] = scale_[i] * solved.qp.x[i];
+            out.active[i] = solved.qp.active[i];
+        }
+        out.cost = solved.cost;
+        out.kkt_residual = solved.qp.kkt_residual;
+        out.wrench_asked = target.wrench_asked;
+        return out;
+    }
+
+    Vehicle<T, N> vehicle_;
+    AllocationWeights<T, N> weights_;
+    WrenchMap<T, N> map_;
+    PerRotor<T, N> scale_;
+};
+
+}  // namespace omnimorph

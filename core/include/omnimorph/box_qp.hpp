@@ -1,0 +1,131 @@
+// The small dense box QP: minimise x'Hx/2 + g'x over lower <= x <= upper, H symmetric positive definite.
+//
+// Block principal pivoting (J. J. Júdice, F. M. Pires, "A block principal pivoting algorithm for large-scale strictly
+// monotone linear complementarity problems", Computers & OR 21, 1994). Steps of one iteration:
+//   1. fix the variables of the active set at their bounds and solve for the free ones (LDL'),
+//   2. take the gradient, the multipliers of the bounds,
+//   3. exchange every variable that violates its bound or the sign of its multiplier; stop when there is none.
+// If exchanging all of them fails to reduce their number several times, only the last one is exchanged (Murty's rule),
+// which ends for every positive definite H. The answer is exact for its active set; the KKT residual proves it.
+#pragma once
+
+#include "vehicle.hpp"
+
+namespace omnimorph {
+
+template <class T, int N> struct BoxQp {
+    Count<N> n;
+    PerRotor<PerRotor<T, N>, N> H;  // both triangles
+    PerRotor<T, N> g, lower, upper;
+    explicit BoxQp(int count = N) : n(count) {}
+};
+
+template <class T, int N> struct BoxQpSolution {
+    PerRotor<T, N> x;
+    PerRotor<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
+    T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
+    int iterations;         // of the slowest lane
+};
+
+namespace box_qp {
+
+inline constexpr double tolerance = 1e-13;
+inline constexpr int block_exchanges_without_progress = 4;
+inline constexpr int most_iterations = 400;
+
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere.
+template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+    PerRotor<PerRotor<T, N>, N> L;  // unit lower triangle, and D^-1 on its diagonal
+    PerRotor<T, N> y;
+    PerRotor<Mask<T>, N> free;
+    for (int i = 0; i < qp.n; ++i) {
+        free[i] = s.active[i] == T(0);
+        s.x[i] = select(free[i], T(0), select(s.active[i] < T(0), qp.lower[i], qp.upper[i]));
+    }
+    for (int i = 0; i < qp.n; ++i) {
+        T right_side = -qp.g[i];
+        for (int j = 0; j < qp.n; ++j) right_side -= qp.H[i][j] * s.x[j];
+        y[i] = select(free[i], right_side, s.x[i]);
+    }
+    for (int j = 0; j < qp.n; ++j) {
+        T column[N > 0 ? N : most_rotors];
+        for (int i = j; i < qp.n; ++i) {
+            const T identity = T(i == j ? 1 : 0);
+            column[i] = select(both(free[i], free[j]), qp.H[i][j], identity);
+            for (int k = 0; k < j; ++k) column[i] -= L[i][k] * L[k][j];
+        }
+        const T inverse_pivot = T(1) / column[j];
+        L[j][j] = inverse_pivot;
+        for (int i = j + 1; i < qp.n; ++i) {
+            L[j][i] = column[i];  // D L' above the diagonal spares a second product
+            L[i][j] = column[i] * inverse_pivot;
+            y[i] -= L[i][j] * y[j];
+        }
+    }
+    for (int i = int(qp.n) - 1; i >= 0; --i) {
+        T x = y[i] * L[i][i];
+        for (int j = i + 1; j < qp.n; ++j) x -= L[j][i] * s.x[j];
+        s.x[i] = x;
+    }
+}
+
+template <class T, int N> inline PerRotor<T, N> gradient(const BoxQp<T, N>& qp, const PerRotor<T, N>& x) {
+    PerRotor<T, N> gradient;
+    for (int i = 0; i < qp.n; ++i) {
+        gradient[i] = qp.g[i];
+        for (int j = 0; j < qp.n; ++j) gradient[i] += qp.H[i][j] * x[j];
+    }
+    return gradient;
+}
+
+/// Where each variable should be instead: the active set after exchanging every violation.
+template <class T, int N>
+inline PerRotor<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSolution<T, N>& s, const PerRotor<T, N>& multiplier) {
+    PerRotor<T, N> corrected;
+    for (int i = 0; i < qp.n; ++i) {
+        const T a = s.active[i];
+        const T outside = select(s.x[i] < qp.lower[i] - T(tolerance), T(-1), select(s.x[i] > qp.upper[i] + T(tolerance), T(1), T(0)));
+        const T held = select(a * multiplier[i] > T(tolerance), T(0), a);
+        corrected[i] = select(a == T(0), outside, held);
+    }
+    return corrected;
+}
+
+template <class T, int N>
+inline T kkt_residual(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerRotor<T, N>& gradient) {
+    T residual = T(0);
+    for (int i = 0; i < qp.n; ++i)
+        residual = maximum(residual, magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i])));
+    return residual;
+}
+
+}  // namespace box_qp
+
+/// Solve from the active set that `s` brings. A lane that is done repeats its answer while the others go on.
+template <class T, int N> inline void solve(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+    using namespace box_qp;
+    T fewest_violations = T(2 * most_rotors), patience = T(block_exchanges_without_progress);
+    for (s.iterations = 1;; ++s.iterations) {
+        solve_free(qp, s);
+        const PerRotor<T, N> multiplier = gradient(qp, s.x);
+        const PerRotor<T, N> corrected = corrected_active_set(qp, s, multiplier);
+        T violations = T(0);
+        for (int i = 0; i < qp.n; ++i) violations += select(corrected[i] == s.active[i], T(0), T(1));
+        if (!any(violations > T(0)) || s.iterations == most_iterations) {
+            s.kkt_residual = box_qp::kkt_residual(qp, s.x, multiplier);
+            for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
+            return;
+        }
+        const Mask<T> progress = violations < fewest_violations;
+        fewest_violations = minimum(fewest_violations, violations);
+        patience = select(progress, T(block_exchanges_without_progress), patience - T(1));
+        Mask<T> exchange_more = violations > T(0);
+        for (int i = int(qp.n) - 1; i >= 0; --i) {
+            const Mask<T> change = both(exchange_more, opposite(corrected[i] == s.active[i]));
+            s.active[i] = select(change, corrected[i], s.active[i]);
+            exchange_more = both(exchange_more, either(patience > T(0), opposite(change)));
+        }
+    }
+}
+
+}  // namespace omnimorph

@@ -1,0 +1,50 @@
+// What the controller is told of the motion is not the motion.
+#pragma once
+
+#include "../random.hpp"
+#include "../so3.hpp"
+#include "../state.hpp"
+
+namespace omnimorph {
+
+/// Gaussian noise on position, velocity, attitude (R exp([n]x)) and body rate, drawn once a control step; white, or passed
+/// through a first-order low-pass filter as the vehicle's state estimator does, n_f <- n_f + gain (n - n_f).
+template <class T> struct MeasurementNoise {
+    bool active = false;
+    Vec<T, 4> deviation{};    // 1 sigma: m, m/s, rad, rad/s
+    Vec<T, 4> filter_gain{};  // 1 - e^(-period cutoff), 1 for white noise
+
+    MeasurementNoise() = default;
+    template <class S> explicit MeasurementNoise(const MeasurementNoise<S>& o)
+        : active(o.active), deviation(cast<T>(o.deviation)), filter_gain(cast<T>(o.filter_gain)) {}
+
+    struct State {
+        T filtered[12];
+    };
+    static State at_rest() {
+        State s;
+        for (T& value : s.filtered) value = T(0);
+        return s;
+    }
+
+    /// `first` is the key of lane 0; the lanes are flights that follow one another.
+    Motion<T> measure(const Motion<T>& truth, NoiseKey first, std::uint32_t step, State& memory) const {
+        if (!active) return truth;
+        for (int pair = 0; pair < 6; ++pair)
+            for (int l = 0; l < lane_count<T>; ++l) {
+                const auto normal = standard_normal_pair({first.seed, first.flight + l}, step, pair);
+                for (int k = 0; k < 2; ++k) {
+                    const int c = 2 * pair + k, kind = c / 3;
+                    const auto old = lane(memory.filtered[c], l);
+                    const auto drawn = lane(deviation[kind], l) * static_cast<Scalar<T>>(normal[k]);
+                    set_lane(memory.filtered[c], l, old + lane(filter_gain[kind], l) * (drawn - old));
+                }
+            }
+        const auto part = [&](int kind) {
+            return Vec3<T>{{memory.filtered[3 * kind], memory.filtered[3 * kind + 1], memory.filtered[3 * kind + 2]}};
+        };
+        return {truth.p + part(0), truth.v + part(1), truth.R * exponential(part(2)), truth.w + part(3)};
+    }
+};
+
+}  // namespace omnimorph

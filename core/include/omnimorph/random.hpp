@@ -1,0 +1,41 @@
+// Noise that depends only on (seed, flight, step): a counter-based generator, the same wherever and beside whatever it runs.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace omnimorph {
+
+/// Philox 4x32, ten rounds (J. K. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
+inline std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) {
+    for (int round = 0; round < 10; ++round) {
+        const std::uint64_t x = std::uint64_t{0xD2511F53u} * counter[0], y = std::uint64_t{0xCD9E8D57u} * counter[2];
+        counter = {static_cast<std::uint32_t>(y >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(y),
+                   static_cast<std::uint32_t>(x >> 32) ^ counter[3] ^ key[1], static_cast<std::uint32_t>(x)};
+        key[0] += 0x9E3779B9u;
+        key[1] += 0xBB67AE85u;
+    }
+    return counter;
+}
+
+/// Which flight the noise belongs to.
+struct NoiseKey {
+    std::uint64_t seed;
+    std::uint32_t flight;
+};
+
+/// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller).
+inline std::array<double, 2> standard_normal_pair(NoiseKey key, std::uint32_t step, std::uint32_t pair) {
+    const auto bits = philox({step, pair, key.flight, 0u},
+                             {static_cast<std::uint32_t>(key.seed), static_cast<std::uint32_t>(key.seed >> 32)});
+    const auto uniform = [](std::uint32_t high, std::uint32_t low) {  // 53 bits, in (0, 1)
+        const std::uint64_t joined = (std::uint64_t{high} << 32 | low) >> 11;
+        return (static_cast<double>(joined) + 0.5) * 0x1p-53;
+    };
+    const double radius = std::sqrt(-2.0 * std::log(uniform(bits[0], bits[1])));
+    const double angle = 6.283185307179586 * uniform(bits[2], bits[3]);
+    return {radius * std::cos(angle), radius * std::sin(angle)};
+}
+
+}  // namespace omnimorph

@@ -1,0 +1,29 @@
+// Where the vehicle is, where it should be, and what it is told: the three things every part of the loop speaks of.
+#pragma once
+
+#include "vehicle.hpp"
+
+namespace omnimorph {
+
+/// Motion of the body: position and velocity of the centre of mass in W, attitude R_WB, body rate in B.
+template <class T> struct Motion {
+    Vec3<T> p, v;
+    Mat3<T> R;
+    Vec3<T> w;
+};
+
+/// One point of a reference: the motion and its accelerations (dp²/dt² in W, dw/dt in B).
+template <class T> struct Desired {
+    Vec3<T> p, v;
+    Mat3<T> R;
+    Vec3<T> w;
+    Vec3<T> a, dw;
+};
+
+/// What the actuators are told: thrusts in N and servo angles in rad.
+template <class T, int N> struct Command {
+    PerRotor<T, N> thrust;
+    PerServo<T> tilt;
+};
+
+}  // namespace omnimorph

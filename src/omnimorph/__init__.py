@@ -1,0 +1,109 @@
+"""omnimorph: omnidirectional and morphing multirotors, from one geometry file to flight.
+
+::
+
+    import omnimorph as om
+
+    run = om.fly(om.load_scenario("paper-case-a"), seed=0)
+    run.metrics.drag_energy_paper
+
+Importing does no work: each public name is loaded when it is first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from omnimorph import textbook
+    from omnimorph.control.allocators import FixedTilt, ThreeCandidates
+    from omnimorph.control.controller import PoseController
+    from omnimorph.control.tracking import TrackingGains
+    from omnimorph.design.files import list_vehicles, load_vehicle
+    from omnimorph.design.vehicle import Vehicle
+    from omnimorph.errors import InputError, OmnimorphError
+    from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix
+    from omnimorph.protocols import Command, Desired, State
+    from omnimorph.results.run import Outcome, Run
+    from omnimorph.results.store import load_run
+    from omnimorph.simulation import effects
+    from omnimorph.simulation.fly import fly
+    from omnimorph.simulation.plant import PlantModel, SimulatedPlant
+    from omnimorph.simulation.scenario import Scenario, list_scenarios, load_plant, load_scenario
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "Command": "protocols",
+    "Desired": "protocols",
+    "FixedTilt": "control.allocators",
+    "InputError": "errors",
+    "OmnimorphError": "errors",
+    "Outcome": "results.run",
+    "PlantModel": "simulation.plant",
+    "PoseController": "control.controller",
+    "Run": "results.run",
+    "Scenario": "simulation.scenario",
+    "SimulatedPlant": "simulation.plant",
+    "State": "protocols",
+    "ThreeCandidates": "control.allocators",
+    "TrackingGains": "control.tracking",
+    "Vehicle": "design.vehicle",
+    "allocation_matrix": "model.allocation",
+    "effects": "simulation.effects",
+    "fly": "simulation.fly",
+    "full_allocation_matrix": "model.allocation",
+    "list_scenarios": "simulation.scenario",
+    "list_vehicles": "design.files",
+    "load_plant": "simulation.scenario",
+    "load_run": "results.store",
+    "load_scenario": "simulation.scenario",
+    "load_vehicle": "design.files",
+    "textbook": "textbook",
+}
+_MODULES = {"effects", "textbook"}
+
+__all__ = [
+    "Command",
+    "Desired",
+    "FixedTilt",
+    "InputError",
+    "OmnimorphError",
+    "Outcome",
+    "PlantModel",
+    "PoseController",
+    "Run",
+    "Scenario",
+    "SimulatedPlant",
+    "State",
+    "ThreeCandidates",
+    "TrackingGains",
+    "Vehicle",
+    "__version__",
+    "allocation_matrix",
+    "effects",
+    "fly",
+    "full_allocation_matrix",
+    "list_scenarios",
+    "list_vehicles",
+    "load_plant",
+    "load_run",
+    "load_scenario",
+    "load_vehicle",
+    "textbook",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    module = import_module(f"{__name__}.{_HOME[name]}")
+    value = module if name in _MODULES else getattr(module, name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,75 @@
+"""Allocation rules: how an acceleration becomes thrusts and a tilt under limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from omnimorph.design.records import Record, quantity
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.protocols import FloatArray
+
+__all__ = ["AllocationRule", "FixedTilt", "ThreeCandidates"]
+
+_WEIGHT = "a number, or one for each rotor, none negative"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AllocationRule(Record):
+    """Base of the rules that solve the paper's problem as a box QP in the thrusts.
+
+    ::
+
+        J = ‖u‖²_W1 + ‖q̈_r − q̈‖²_W2 + ‖u − u⁻‖²_W3       u = w|w| = f / c_f
+
+    over ``f_min ≤ f ≤ f_max``, with the dynamics ``q̈ = M⁻¹(μ + J_R A(α) f)`` put in. In files the
+    weights are those of the paper, for u in Hz²; here, as everywhere inside, for u in (rad/s)².
+
+    Attributes
+    ----------
+    W1, W3 : float or (n,), s⁴/rad⁴
+        Weights of the inputs and of their change from one control step to the next.
+    W2_position : (3,), s⁴/m²
+        Weights of the linear acceleration missed, in W.
+    W2_attitude : (3,), s⁴/rad²
+        Weights of the angular acceleration missed, in B.
+
+    Notes
+    -----
+    Aboudorra et al. 2024, eqs. (15) and (16). Without W1 and W3 the QP would be singular where A
+    is; the sum of both must be positive.
+    """
+
+    W1: float | tuple[float, ...] = quantity("per_Hz4", _WEIGHT, at_least=0.0)
+    W2_position: tuple[float, ...] = quantity(
+        "s4_per_m2", "three numbers, none negative", at_least=0.0, length=3
+    )
+    W2_attitude: tuple[float, ...] = quantity(
+        "s4_per_rad2", "three numbers, none negative", at_least=0.0, length=3
+    )
+    W3: float | tuple[float, ...] = quantity("per_Hz4", _WEIGHT, at_least=0.0)
+
+    def per_thrust(self, vehicle: Vehicle, name: str) -> FloatArray:
+        """Return W1 or W3 as (n,) weights of thrust, 1/N²: W / c_f²."""
+        weight = np.broadcast_to(np.asarray(getattr(self, name)), (vehicle.n_rotors,))
+        return np.ascontiguousarray(weight / vehicle.thrust_coefficient**2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FixedTilt(AllocationRule):
+    """The box QP at the tilt the vehicle starts with: what a vehicle that does not morph can do."""
+
+    kind: ClassVar[str] = "fixed-tilt"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ThreeCandidates(AllocationRule):
+    """The paper's rule for one servo: the best of α⁻ − ε, α⁻ and α⁻ + ε.
+
+    ε is the servo's rate limit times the control period; each candidate is held within the servo's
+    limits; a tie goes to α⁻, so that a tilt that gains nothing does not move.
+    """
+
+    kind: ClassVar[str] = "three-candidates"

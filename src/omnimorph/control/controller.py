@@ -1,0 +1,126 @@
+"""The paper's controller, compiled: pose tracking, then allocation, one control step at a time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph import _core
+from omnimorph.control.allocators import AllocationRule, ThreeCandidates
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import as_core, as_tilt, state_row
+from omnimorph.model.dynamics import hover_thrust
+from omnimorph.protocols import Command, Desired, FloatArray, State
+
+if TYPE_CHECKING:
+    Allocation = _core.Allocation
+
+__all__ = ["PoseController", "core_settings"]
+
+
+def core_settings(
+    vehicle: Vehicle, gains: TrackingGains, rule: AllocationRule, control_period: float
+) -> _core.ControllerSettings:
+    """Return the core's settings of a controller; refuses a rule that does not fit the vehicle."""
+    three = isinstance(rule, ThreeCandidates)
+    if three and vehicle.n_servos != 1:
+        allowed = "a rule for any number of servos, such as fixed-tilt"
+        place = f"vehicle {vehicle.name} with {vehicle.n_servos} servos"
+        raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
+    for name in ("W1", "W3"):
+        if np.size(getattr(rule, name)) not in (1, vehicle.n_rotors):
+            allowed = f"one number, or one for each of the {vehicle.n_rotors} rotors"
+            raise ScenarioError.at(rule.kind, name, getattr(rule, name), allowed)
+    input_weight, change_weight = (rule.per_thrust(vehicle, name) for name in ("W1", "W3"))
+    if not (input_weight + change_weight > 0).all():
+        raise ScenarioError.at(rule.kind, "W1", rule.W1, "positive, or W3 must be")
+    return _core.make_controller_settings(
+        as_core(vehicle),
+        velocity=gains.axes("velocity"),
+        position=gains.axes("position"),
+        rate=gains.axes("rate"),
+        attitude=gains.axes("attitude"),
+        input=input_weight,
+        input_change=change_weight,
+        acceleration=np.array([*rule.W2_position, *rule.W2_attitude]),
+        three_candidates=three,
+        tilt_change=float(vehicle.servo_rate_max[0] * control_period) if three else 0.0,
+    )
+
+
+class PoseController:
+    """Pose tracking and allocation for one vehicle, in the compiled core.
+
+    It remembers its last command, to which the next one is tied (W3, and the tilt's rate limit).
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The model it controls by.
+    gains : TrackingGains
+        Of the pose controller.
+    rule : AllocationRule
+        How thrusts and tilt are found.
+    control_period : float
+        Time between two steps, s.
+    start_tilt : float or (m,), rad
+        The tilt before the first step.
+    start_thrust : (n,), optional, N
+        The thrusts before the first step; hovering by default.
+
+    Examples
+    --------
+    >>> import numpy as np, omnimorph as om
+    >>> scenario = om.load_scenario("paper-case-a")
+    >>> controller = scenario.build_controller()
+    >>> desired = scenario.reference(0.0)
+    >>> command = controller(0.0, om.State(*desired[:4]), desired)
+    >>> bool(np.isclose(command.thrust.sum(), 1.315 * 9.81))
+    True
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        gains: TrackingGains,
+        rule: AllocationRule,
+        control_period: float,
+        start_tilt: ArrayLike = 0.0,
+        start_thrust: FloatArray | None = None,
+    ) -> None:
+        self.vehicle = vehicle
+        tilt = as_tilt(vehicle, start_tilt)
+        thrust = hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust
+        settings = core_settings(vehicle, gains, rule, control_period)
+        self._controller = _core.new_controller(as_core(vehicle), settings, thrust, tilt)
+
+    def __call__(self, time: float, state: State, desired: Desired) -> Command:
+        """Return the command for this control step (satisfies `omnimorph.protocols.Controller`)."""
+        allocation = self.step(state_row(*state), state_row(*desired))
+        return Command(allocation.thrust, allocation.tilt)
+
+    def step(self, state: FloatArray, desired: FloatArray) -> Allocation:
+        """Return the allocation for this control step, the fast way.
+
+        Parameters
+        ----------
+        state : (18,) array
+            p_WB, R_WB row by row, v_WB, w_WB_B.
+        desired : (24,) array
+            The same of the reference, then a_WB and dw_WB_B.
+
+        Returns
+        -------
+        Allocation
+            ``thrust`` (N), ``tilt`` (rad), ``cost``, ``kkt_residual`` of the scaled QP, ``active``
+            (−1, 0, +1 for each thrust) and ``wrench_asked`` (N, N m, in B).
+        """
+        return self._controller.step(state, desired)
+
+    def allocate(self, acceleration: FloatArray, state: State) -> Allocation:
+        """Return the allocation for a (6,) acceleration (m/s² in W, rad/s² in B), as `step` does."""
+        return self._controller.allocate(state_row(*state), acceleration)

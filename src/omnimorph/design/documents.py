@@ -1,0 +1,246 @@
+"""What all our TOML files have in common: found, read, checked, refused in one sentence.
+
+Vehicle and scenario files pass through the same three steps ::
+
+    file, text = find_document(name_or_path, catalogue, "vehicle", VehicleError)
+    document = parse_toml(text, file, VehicleError)
+    content = check_document(VehicleFile, document, file, VehicleError)
+
+where `VehicleFile` is a pydantic model whose fields each have a `description` that can be read
+after "it must be". pydantic itself is imported only when a document is checked.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from omnimorph.errors import MISSING, InputError, nearest_name
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+    from pydantic.fields import FieldInfo
+    from pydantic_core import ErrorDetails
+
+    Model = TypeVar("Model", bound=BaseModel)
+
+__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml"]
+
+
+def catalogue_names(catalogue: Traversable) -> list[str]:
+    """Return the names of the TOML files in a folder of the package, sorted, without ``.toml``."""
+    names = [entry.name for entry in catalogue.iterdir()]
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
+def find_document(
+    name_or_path: str | os.PathLike[str],
+    catalogue: Traversable,
+    kind: str,
+    error: type[InputError],
+) -> tuple[str, str]:
+    """Find a document in the catalogue or on the disk and read it.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name in the catalogue, which goes first, or the path of a file.
+    catalogue : Traversable
+        Folder of the package with the catalogue's files.
+    kind : str
+        What is looked for, "vehicle" or "scenario", for messages.
+    error : class
+        Which `InputError` to raise.
+
+    Returns
+    -------
+    file, text : str
+        The file as a message should call it, and its text.
+
+    Raises
+    ------
+    InputError
+        If the name is not known, or the file cannot be read or is not text.
+    """
+    known = catalogue_names(catalogue)
+    name = os.fspath(name_or_path)
+    if isinstance(name_or_path, str) and name in known:
+        return f"{name}.toml", catalogue.joinpath(f"{name}.toml").read_text(encoding="utf-8")
+    looks_like_a_path = (
+        name.endswith(".toml") or os.sep in name or not isinstance(name_or_path, str)
+    )
+    if not looks_like_a_path and not _exists(name):
+        near = nearest_name(name, known)
+        hint = f"did you mean {near} (known: {', '.join(known)})?"
+        hint = hint if near else f"known are {', '.join(known)}."
+        raise error(f"{name!r} is neither a {kind} of the catalogue nor a file; {hint}", value=name)
+    return name, _read_text(name, error)
+
+
+def _exists(path: str) -> bool:
+    try:
+        return Path(path).exists()
+    except (OSError, ValueError):  # too long, or with a null character
+        return False
+
+
+def _read_text(path: str, error: type[InputError]) -> str:
+    try:
+        return Path(path).read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        reason = "there is no such file"
+    except IsADirectoryError:
+        reason = "it is a directory"
+    except UnicodeDecodeError:
+        reason = "it is not a text file in UTF-8"
+    except (OSError, ValueError) as problem:
+        reason = (getattr(problem, "strerror", None) or str(problem)).lower()
+    shown_path = path if path.isprintable() else repr(path)
+    raise error(f"{shown_path}: this file cannot be read, because {reason}.", file=path)
+
+
+def parse_toml(text: str, file: str | Path, error: type[InputError]) -> dict[str, Any]:
+    """Parse TOML; raise `error` with the line and column if it is not TOML."""
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        reason = "Nested too deeply"
+    except ValueError as problem:  # tomllib's own error, or a number with too many digits
+        reason = " ".join(str(problem).split())
+    raise error(f"{file}: this file is not valid TOML: {reason}.", file=str(file))
+
+
+def check_document(
+    model: type[Model], document: Mapping[str, Any], file: str | Path, error: type[InputError]
+) -> Model:
+    """Check a parsed document against a pydantic model.
+
+    Parameters
+    ----------
+    model : class
+        What the file may contain. The description of a field is what a message says is allowed.
+    document : mapping
+        The parsed TOML.
+    file : str or Path
+        The file, for the message.
+    error : class
+        Which `InputError` to raise.
+
+    Returns
+    -------
+    model
+        The content, checked and typed.
+
+    Raises
+    ------
+    InputError
+        For the first thing that is wrong: an unknown key (with the nearest known one), a missing
+        key, a wrong type, a number that is not finite or not allowed.
+    """
+    from pydantic import ValidationError
+
+    try:
+        return model.model_validate(document)
+    except ValidationError as refused:
+        first = min(refused.errors(), key=_urgency)
+    raise _refusal(model, document, first, file, error)
+
+
+def _urgency(detail: ErrorDetails) -> int:
+    """Rank an error: another version of the format explains the rest, a misspelt key a lack."""
+    if detail["loc"] == ("schema",) and detail["type"] != "missing":
+        return 0
+    return 1 if detail["type"] == "extra_forbidden" else 2
+
+
+def _refusal(
+    model: type[BaseModel],
+    document: Mapping[str, Any],
+    detail: ErrorDetails,
+    file: str | Path,
+    error: type[InputError],
+) -> InputError:
+    """Turn one error of pydantic into a sentence of ours."""
+    place = _walk(model, document, detail["loc"])
+    key = _key(place.steps)
+    if detail["type"] == "extra_forbidden":
+        known = dict.fromkeys(str(name) for choice in place.tables for name in _fields(choice))
+        return error.unknown_key(file, key, str(detail["loc"][-1]), known)
+    if detail["type"].startswith("union_tag") and isinstance(place.value, Mapping):
+        name = str(detail["ctx"]["discriminator"]).strip("'")
+        tags = ", ".join(str(tag) for choice in place.tables for tag in _tags(choice, name))
+        found = place.value.get(name, MISSING)
+        return error.at(file, f"{key}.{name}".removeprefix("."), found, f"one of {tags}")
+    allowed = detail["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
+    if place.field is not None and place.field.description and detail["type"] != "value_error":
+        allowed = place.field.description
+    return error.at(file, key or "the file", place.value, allowed)
+
+
+class _Place(NamedTuple):
+    """Where in a document an error is."""
+
+    steps: list[int | str]  # keys and indices from the root
+    value: object  # what stands there, or MISSING
+    field: FieldInfo | None  # the last field of a model on the way
+    tables: list[type[BaseModel]]  # the models a table at, or just above, this place may follow
+
+
+def _walk(
+    model: type[BaseModel], document: Mapping[str, Any], location: tuple[int | str, ...]
+) -> _Place:
+    """Follow pydantic's location through the document and the models at once.
+
+    A location also holds steps that are not in the document: the branch of a union.
+    """
+    steps: list[int | str] = []
+    here: Any = document
+    field: FieldInfo | None = None
+    tables = [model]
+    for count, step in enumerate(location, start=1):
+        last = count == len(location)
+        inside = isinstance(here, Mapping) and (step in here or last)
+        if not (inside or (isinstance(step, int) and isinstance(here, Sequence))):
+            chosen = [table for table in tables if step in (table.__name__, *_tags(table))]
+            tables = chosen or tables
+            continue
+        found = [known[step] for table in tables if step in (known := _fields(table))]
+        if found:
+            field = found[0]
+            tables = list(_tables_in(field.annotation))
+        elif isinstance(step, int) and not tables:
+            break  # one number of a list: the whole list is shown
+        steps.append(step)
+        here = here.get(step, MISSING) if isinstance(here, Mapping) else here[step]
+    return _Place(steps, here, field, tables)
+
+
+def _fields(table: type[BaseModel]) -> dict[int | str, FieldInfo]:
+    """Return the fields of a model under the names that the file uses."""
+    return {field.alias or name: field for name, field in table.model_fields.items()}
+
+
+def _tags(table: type[BaseModel], name: str | None = None) -> Iterator[object]:
+    """Yield what a model's fields, or the one of that name, must be word for word."""
+    for key, field in _fields(table).items():
+        if typing.get_origin(field.annotation) is typing.Literal and name in (None, key):
+            yield from typing.get_args(field.annotation)
+
+
+def _tables_in(annotation: Any) -> Iterator[type[BaseModel]]:
+    """Yield the models that an annotation such as ``list[Rotor]`` mentions."""
+    if hasattr(annotation, "model_fields"):
+        yield annotation
+    for argument in typing.get_args(annotation):
+        yield from _tables_in(argument)
+
+
+def _key(steps: Sequence[int | str]) -> str:
+    """Write a path as a key: ``rotor[2].axis``."""
+    parts = [f"[{step}]" if isinstance(step, int) else f".{step}" for step in steps]
+    return "".join(parts).removeprefix(".")

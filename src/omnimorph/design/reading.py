@@ -1,0 +1,220 @@
+"""From the text of a vehicle file to a `Vehicle`: parsed, checked, merged, converted to SI."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimorph.design.documents import check_document, parse_toml
+from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
+from omnimorph.design.vehicle import Source, Vehicle
+from omnimorph.errors import MISSING, VehicleError
+from omnimorph.units import to_SI, unit_of
+
+if TYPE_CHECKING:
+    from omnimorph.design.schema import Rotor, RotorDefaults, Servo, VehicleFile
+
+__all__ = ["parse_vehicle"]
+
+_SHARED_KEYS = tuple(FILE_KEYS[name].removeprefix("rotor.") for name in ROTOR_NUMBERS)
+_LIMIT_KEYS = {*AS_THRUST.keys(), *AS_THRUST.values()}
+_ZERO_IF_LEFT_OUT = dict.fromkeys(
+    ("dead_band_Hz", "time_constant_up_ms", "time_constant_down_ms", "spin_inertia_kg_m2"), 0.0
+)
+
+
+def parse_vehicle(text: str, file: str | Path) -> Vehicle:
+    """Build a vehicle from the text of a vehicle file.
+
+    Parameters
+    ----------
+    text : str
+        TOML, as `omnimorph.design.files` describes it.
+    file : str or Path
+        What messages call the file; it is not opened.
+
+    Returns
+    -------
+    Vehicle
+        Checked, in SI.
+
+    Raises
+    ------
+    VehicleError
+        If the text describes no vehicle: one sentence with file, key, value and what is allowed.
+    """
+    from omnimorph.design.schema import VehicleFile
+
+    document = parse_toml(text, file, VehicleError)
+    content = check_document(VehicleFile, document, file, VehicleError)
+    values = _vehicle_values(content, file)
+    try:
+        return Vehicle(**values)
+    except VehicleError as refused:
+        retold = _in_words_of_file(refused, document, file)
+    raise retold
+
+
+def _vehicle_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
+    """Translate a checked file into the attributes of `Vehicle`."""
+    matrix = np.array(content.inertia_kg_m2, dtype=np.float64)
+    return {
+        "name": content.name,
+        "title": content.title,
+        "mass": content.mass_kg,
+        "inertia": np.diag(matrix) if matrix.ndim == 1 else matrix,
+        **_rotor_values(content, file),
+        **_servo_values(content.servo),
+        "filter_cutoff": [_in_SI(key, getattr(content.filter, key)) for key in FILTER_KEYS],
+        "sources": _sources(content, file),
+    }
+
+
+def _rotor_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
+    """Collect the arrays of all rotors."""
+    _check_one_kind_of_limit("rotor_defaults", content.rotor_defaults, file)
+    servo_names = [servo.name for servo in content.servo]
+    columns: dict[str, list[Any]] = {}
+    for index, rotor in enumerate(content.rotor):
+        where = f"rotor[{index}]"
+        row: dict[str, Any] = {
+            "rotor_position": rotor.position_m,
+            "rotor_axis": rotor.axis,
+            "hinge_axis": rotor.hinge or [0.0, 0.0, 0.0],
+            "rotor_servo": _servo_index(rotor, servo_names, where, file),
+            "rotor_spin": 1.0 if rotor.spin == "ccw" else -1.0,
+            **_rotor_numbers(rotor, content.rotor_defaults, where, file),
+        }
+        for attribute, value in row.items():
+            columns.setdefault(attribute, []).append(value)
+    return columns
+
+
+def _servo_index(rotor: Rotor, names: list[str], where: str, file: str | Path) -> int:
+    """Return the index of the servo that a rotor names, -1 if it does not tilt."""
+    if rotor.servo is None and rotor.hinge is None:
+        return -1
+    if rotor.servo is None:
+        allowed = "the name of a [[servo]], as hinge is given"
+        raise VehicleError.at(file, f"{where}.servo", MISSING, allowed)
+    if rotor.hinge is None:
+        allowed = "a unit vector [x, y, z], as servo is given"
+        raise VehicleError.at(file, f"{where}.hinge", MISSING, allowed)
+    if rotor.servo not in names:
+        allowed = f"the name of a [[servo]] (there is {', '.join(names) or 'none'})"
+        raise VehicleError.at(file, f"{where}.servo", rotor.servo, allowed)
+    return names.index(rotor.servo)
+
+
+def _rotor_numbers(
+    rotor: Rotor, defaults: RotorDefaults, where: str, file: str | Path
+) -> dict[str, float]:
+    """Merge a rotor's own numbers with the defaults and convert them to SI."""
+    _check_one_kind_of_limit(where, rotor, file)
+    own, common = _given(rotor), _given(defaults)
+    if own.keys() & _LIMIT_KEYS and _as_thrust(own) != _as_thrust(common):
+        common = {key: value for key, value in common.items() if key not in _LIMIT_KEYS}
+    numbers = _ZERO_IF_LEFT_OUT | common | own
+    values = {}
+    for attribute, key in zip(ROTOR_NUMBERS, _SHARED_KEYS, strict=True):
+        given_as = AS_THRUST.get(key, key) if _as_thrust(numbers) else key
+        if given_as not in numbers:
+            allowed = "a number, here or in [rotor_defaults]"
+            raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
+        number = numbers[given_as]
+        if given_as != key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
+            speed = math.sqrt(abs(number) / numbers["thrust_coefficient_N_per_Hz2"])
+            number = math.copysign(speed, number)
+        values[attribute] = _in_SI(key, number)
+    return values
+
+
+def _given(table: RotorDefaults) -> dict[str, float]:
+    """Return the shared numbers that a table, of one rotor or of the defaults, gives."""
+    keys = (*_SHARED_KEYS, *AS_THRUST.values())
+    return {key: value for key in keys if (value := getattr(table, key)) is not None}
+
+
+def _as_thrust(numbers: Mapping[str, float]) -> bool:
+    """Say whether limits are given as thrusts."""
+    return any(key in numbers for key in AS_THRUST.values())
+
+
+def _check_one_kind_of_limit(where: str, table: RotorDefaults, file: str | Path) -> None:
+    """Refuse limits given both as speeds and as thrusts."""
+    given = _given(table)
+    speeds = [key for key in AS_THRUST if key in given]
+    for key in AS_THRUST.values():
+        if speeds and key in given:
+            allowed = f"left out, as {speeds[0]} is given: limits are speeds or thrusts, not both"
+            raise VehicleError.at(file, f"{where}.{key}", given[key], allowed)
+
+
+def _servo_values(servos: list[Servo]) -> dict[str, Any]:
+    """Collect the arrays of all servos."""
+    values: dict[str, Any] = {"servo_name": tuple(servo.name for servo in servos)}
+    for attribute in SERVO_NUMBERS:
+        key = FILE_KEYS[attribute].removeprefix("servo.")
+        values[attribute] = [_in_SI(key, getattr(servo, key)) for servo in servos]
+    return values
+
+
+def _sources(content: VehicleFile, file: str | Path) -> dict[str, Source]:
+    """Collect ``[sources]`` and ``[assumed]`` under the names of attributes."""
+    attributes = {key: attribute for attribute, key in FILE_KEYS.items()}
+    for speed, thrust in AS_THRUST.items():
+        attributes[f"rotor.{thrust}"] = attributes[f"rotor.{speed}"]
+    found: dict[str, Source] = {}
+    for table in ("sources", "assumed"):
+        for key, text in _flat(getattr(content, table)):
+            where = f"{table}.{key}"
+            attribute = attributes.get(re.sub(r"^rotor_defaults\.", "rotor.", key))
+            if attribute is None:
+                raise VehicleError.unknown_key(file, where, key, attributes)
+            line = " ".join(text.split()) if isinstance(text, str) else ""
+            if not line or not line.isprintable():
+                raise VehicleError.at(file, where, text, "a text that says where it comes from")
+            if attribute in found:
+                raise VehicleError.at(file, where, line, "left out, as it is given already")
+            found[attribute] = Source(line, assumed=table == "assumed")
+    return found
+
+
+def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, object]]:
+    """Yield the entries of nested tables under dotted keys such as ``rotor.axis``."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _in_SI(key: str, value: float) -> float:
+    return to_SI(value, unit_of(key))
+
+
+def _in_words_of_file(
+    refused: VehicleError, document: Mapping[str, Any], file: str | Path
+) -> VehicleError:
+    """Retell a refusal by `Vehicle`, which speaks of attributes in SI, with the file's own key."""
+    attribute, _, index = str(refused.key).rstrip("]").partition("[")
+    table, _, key = FILE_KEYS[attribute].rpartition(".")
+    places: list[tuple[str, Mapping[str, Any]]] = [(key, document)]
+    if attribute == "filter_cutoff":
+        key = FILTER_KEYS[int(index)]
+        places = [(f"filter.{key}", document["filter"])]
+    elif table:
+        places = [(f"{table}[{index}].{key}", document[table][int(index)])]
+    if table == "rotor":
+        places.append((f"rotor_defaults.{key}", document.get("rotor_defaults", {})))
+    for where, place in places:
+        for given_as in (key, AS_THRUST.get(key, key)):
+            if given_as in place:
+                where = where.removesuffix(key) + given_as
+                return VehicleError.at(file, where, place[given_as], str(refused.allowed))
+    return VehicleError.at(file, places[0][0], MISSING, str(refused.allowed))

@@ -1,0 +1,188 @@
+"""Records whose fields say what they may be, and how they stand in a file.
+
+One declaration serves three doors: Python (the record checks itself), TOML (a pydantic model is
+made from it, with the unit at the end of each key) and provenance (the record written out again)::
+
+    @dataclass(frozen=True, kw_only=True)
+    class RotorLag(Record):
+        '''...'''
+        kind = "rotor-lag"
+        up: float | None = quantity("ms", "a positive number", above=0.0, default=None)
+
+    RotorLag(up=0.020)                       # SI in Python
+    {"kind": "rotor-lag", "up_ms": 20.0}     # its unit in files
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import math
+import operator
+import typing
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+
+from omnimorph.errors import ScenarioError
+from omnimorph.units import from_SI, to_SI
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+__all__ = ["Record", "file_model", "quantity"]
+
+
+def quantity(
+    unit: str,
+    allowed: str,
+    *,
+    default: Any = dataclasses.MISSING,
+    at_least: float = -math.inf,
+    above: float = -math.inf,
+    length: int | None = None,
+) -> Any:
+    """Declare a field that is a number, or several, with a unit in files.
+
+    Parameters
+    ----------
+    unit : str
+        A key of `omnimorph.units.UNITS`, the end of the field's key in files; "" for none.
+    allowed : str
+        What is allowed, to be read after "it must be".
+    default
+        In SI; a field without one is required.
+    at_least, above : float
+        Bounds on each number, in SI.
+    length : int, optional
+        How many numbers a sequence must have.
+    """
+    rule = {"unit": unit, "allowed": allowed, "at_least": at_least, "above": above}
+    return dataclasses.field(default=default, metadata=rule | {"length": length})
+
+
+class Record:
+    """Base of the frozen dataclasses declared with `quantity`.
+
+    Attributes
+    ----------
+    kind : str
+        What the record is called in files.
+
+    Raises
+    ------
+    ScenarioError
+        When a value is not allowed: the record, the field, the value and what is allowed.
+    """
+
+    kind: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if isinstance(value, list | tuple) or hasattr(value, "tolist"):
+                value = _plain(value)
+                object.__setattr__(self, field.name, value)
+            if field.metadata and value is not None and not _is_allowed(value, field.metadata):
+                raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
+
+    @classmethod
+    def from_file(cls, content: BaseModel) -> Self:
+        """Build the record from the content of a file that `file_model` has checked."""
+        values = {}
+        for field in dataclasses.fields(cls):  # type: ignore[arg-type]
+            value = getattr(content, _key(field))
+            if value is not None:
+                values[field.name] = _convert(_plain(value), field.metadata.get("unit", ""), to_SI)
+        return cls(**values)
+
+    def as_file(self) -> dict[str, Any]:
+        """Return the record as a file would hold it: ``kind``, then the keys with their units."""
+        content: dict[str, Any] = {"kind": self.kind}
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            value = getattr(self, field.name)
+            if value is not None:
+                content[_key(field)] = _convert(value, field.metadata.get("unit", ""), from_SI)
+        return content
+
+
+def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
+    """Build the pydantic model of a record as it stands in a file.
+
+    The model has one field for each of the record's, named with its unit, and `others`, fields that
+    stand in the same table; without any, a field ``kind`` tells the record from others in its place.
+    """
+    from pydantic import ConfigDict, Field, create_model
+
+    hints = typing.get_type_hints(record)
+    fields: dict[str, Any] = others or {"kind": (Literal[record.kind], ...)}
+    for field in dataclasses.fields(record):  # type: ignore[arg-type]
+        missing = field.default is dataclasses.MISSING
+        described = Field(... if missing else None, description=field.metadata.get("allowed"))
+        annotation = _as_lists(hints[field.name])
+        annotation = annotation if missing else annotation | None
+        fields[_key(field)] = (annotation, described)
+    settings = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    name = record.__name__
+    return create_model(name, __config__=settings, __validators__=_validators(record), **fields)
+
+
+def _as_lists(annotation: Any) -> Any:
+    """Return the annotation with every tuple turned into the list that TOML has instead."""
+    arguments = typing.get_args(annotation)
+    if typing.get_origin(annotation) is tuple:
+        return list[_as_lists(arguments[0])]  # type: ignore[misc]
+    if arguments and typing.get_origin(annotation) is not Literal:
+        return functools.reduce(operator.or_, [_as_lists(argument) for argument in arguments])
+    return annotation
+
+
+def _validators(record: type[Record]) -> Mapping[str, Any]:
+    from pydantic import field_validator
+
+    validators: dict[str, Any] = {}
+    for field in dataclasses.fields(record):  # type: ignore[arg-type]
+        if field.metadata:
+            check = _checker(dict(field.metadata))
+            validators[f"_check_{field.name}"] = field_validator(_key(field), mode="after")(check)
+    return validators
+
+
+def _checker(rule: Mapping[str, Any]) -> Any:
+    def check(cls: type, value: Any) -> Any:
+        if value is None:
+            return value
+        if not _is_allowed(_convert(_plain(value), rule["unit"], to_SI), rule):
+            raise ValueError(rule["allowed"])
+        return value
+
+    return check
+
+
+def _key(field: dataclasses.Field[Any]) -> str:
+    unit = field.metadata.get("unit", "")
+    return f"{field.name}_{unit}" if unit else field.name
+
+
+def _is_allowed(value: Any, rule: Mapping[str, Any]) -> bool:
+    if isinstance(value, tuple):
+        if rule["length"] is not None and len(value) != rule["length"]:
+            return False
+        scalar = {**rule, "length": None}
+        return len(value) > 0 and all(_is_allowed(item, scalar) for item in value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return False
+    return math.isfinite(value) and value >= rule["at_least"] and value > rule["above"]
+
+
+def _convert(value: Any, unit: str, door: Any) -> Any:
+    if isinstance(value, tuple):
+        return tuple(_convert(item, unit, door) for item in value)
+    if isinstance(value, bool | str) or not unit:
+        return value
+    return door(value, unit)
+
+
+def _plain(value: Any) -> Any:
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return tuple(_plain(item) for item in value) if isinstance(value, list | tuple) else value

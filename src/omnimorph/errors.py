@@ -1,0 +1,192 @@
+"""The error tree: what went wrong, in one sentence a user can act on.
+
+Everything this package raises on purpose is an `OmnimorphError`. An `InputError` is the user's
+mistake (the command line ends with exit code 2); it names where the mistake is, the key, the value
+found and what is allowed::
+
+    OmnimorphError
+    └── InputError            a file, argument or value that cannot be used
+        ├── VehicleError      ... of a vehicle
+        ├── ScenarioError     ... of a scenario
+        └── RunFileError      ... of a stored run
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Final, Self
+
+__all__ = [
+    "MISSING",
+    "InputError",
+    "OmnimorphError",
+    "RunFileError",
+    "ScenarioError",
+    "VehicleError",
+    "nearest_name",
+    "shown",
+]
+
+_LONGEST_SHOWN = 80
+
+
+class _Missing:
+    """The type of `MISSING`."""
+
+    def __repr__(self) -> str:
+        return "missing"
+
+
+MISSING: Final = _Missing()
+"""Stands for the value of a key that is not there: ``mass_kg is missing, but it must be ...``."""
+
+
+class OmnimorphError(Exception):
+    """Base of every error raised on purpose by this package."""
+
+
+class InputError(OmnimorphError):
+    """The user's mistake, told in one sentence.
+
+    Parameters
+    ----------
+    message : str
+        The sentence.
+    file, key, value, allowed
+        Its parts, kept for programs that want to point at the mistake; None where there is none.
+
+    Attributes
+    ----------
+    file : str or None
+        The file (or other place) in which the mistake is.
+    key : str or None
+        The key of the mistaken entry, such as ``rotor[2].axis``; entries are counted from 0.
+    value : object
+        The value found, `MISSING` if there is none.
+    allowed : str or None
+        What would have been right, to be read after "it must be".
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | None = None,
+        key: str | None = None,
+        value: object = None,
+        allowed: str | None = None,
+    ) -> None:
+        super().__init__(message)
+        self.file = file
+        self.key = key
+        self.value = value
+        self.allowed = allowed
+
+    @classmethod
+    def at(cls, file: str | Path, key: str, value: object, allowed: str) -> Self:
+        """Build the error from its parts.
+
+        Parameters
+        ----------
+        file : str or Path
+            The file, or other place, in which the mistake is.
+        key : str
+            The mistaken key.
+        value : object
+            The value found, or `MISSING`.
+        allowed : str
+            What is allowed, to be read after "it must be".
+
+        Returns
+        -------
+        InputError
+            An error of the class it is called on.
+
+        Examples
+        --------
+        >>> print(VehicleError.at("my.toml", "mass_kg", -1.0, "a positive number of kilograms"))
+        my.toml: mass_kg is -1.0, but it must be a positive number of kilograms.
+        """
+        sentence = f"{file}: {key} is {shown(value)}, but it must be {allowed}."
+        return cls(sentence, file=str(file), key=key, value=value, allowed=allowed)
+
+    @classmethod
+    def unknown_key(cls, file: str | Path, key: str, name: str, known: Iterable[str]) -> Self:
+        """Build the error for a key nobody knows, with the nearest known one.
+
+        Parameters
+        ----------
+        file : str or Path
+            The file in which the key stands.
+        key : str
+            The unknown key with the tables around it, such as ``rotor[0].axs``.
+        name : str
+            Its last part, ``axs``, which is compared with the known names.
+        known : iterable of str
+            The names allowed in its place.
+
+        Examples
+        --------
+        >>> print(InputError.unknown_key("my.toml", "rotor[0].axs", "axs", ["axis", "spin"]))
+        my.toml: rotor[0].axs is not a known key; did you mean axis (allowed here: axis, spin)?
+        """
+        names = list(known)
+        listed = ", ".join(names) or "nothing"
+        near = nearest_name(name, names)
+        hint = f"did you mean {near} (allowed here: {listed})?" if near else f"allowed: {listed}."
+        key = key if key.isprintable() else repr(key)
+        sentence = f"{file}: {key} is not a known key; {hint}"
+        return cls(sentence, file=str(file), key=key, allowed=f"one of {listed}")
+
+
+class VehicleError(InputError):
+    """A vehicle, or a vehicle file, that cannot be used."""
+
+
+class ScenarioError(InputError):
+    """A scenario, or a scenario file, that cannot be used."""
+
+
+class RunFileError(InputError):
+    """A stored run that cannot be read or written."""
+
+
+def nearest_name(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name that a misspelt one most likely meant, or None if none is near.
+
+    Examples
+    --------
+    >>> nearest_name("mas_kg", ["mass_kg", "name"])
+    'mass_kg'
+    """
+    names = list(known)
+    by_lower_case = {known_name.lower(): known_name for known_name in reversed(names)}
+    near = difflib.get_close_matches(name.lower(), list(by_lower_case), n=1, cutoff=0.6)
+    return by_lower_case[near[0]] if near else None
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: on one line, as the file writes it, not too long.
+
+    Examples
+    --------
+    >>> shown(True), shown("cw"), shown([1.0, 2.0])
+    ('true', '"cw"', '[1.0, 2.0]')
+    """
+    if hasattr(value, "tolist"):  # an array or number of NumPy
+        value = value.tolist()
+    if isinstance(value, bool):
+        text = str(value).lower()
+    elif isinstance(value, str):
+        text = f'"{value}"' if value.isprintable() else repr(value)
+    elif isinstance(value, int) and value.bit_length() > _LONGEST_SHOWN:
+        text = "a number too long to show"
+    else:
+        try:
+            text = repr(value) if isinstance(value, list | tuple | dict) else str(value)
+        except ValueError:  # a list with an integer of several thousand digits
+            text = "too long to show"
+    text = " ".join(text.split())
+    return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"

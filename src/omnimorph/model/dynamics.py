@@ -1,0 +1,70 @@
+"""The rigid body: Newton and Euler's equations, both ways round, and the rotation group."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph import _core
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.core import as_core, state_row
+from omnimorph.protocols import FloatArray, State
+
+__all__ = ["GRAVITY", "acceleration", "hover_thrust", "rotation_exponential", "wrench_for"]
+
+GRAVITY = 9.81
+"""Acceleration of free fall, m/s²."""
+
+
+def acceleration(vehicle: Vehicle, state: State, wrench_B: ArrayLike) -> FloatArray:
+    """Return q̈ = M⁻¹(μ + J_R w_B): how the body accelerates under a wrench.
+
+    ``p̈ = −g e3 + R f_B / m`` and ``ω̇ = J⁻¹(τ_B − ω × Jω)``.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Mass and inertia.
+    state : State
+        Attitude and body rate are used.
+    wrench_B : (6,) array
+        Force (N), then torque about the centre of mass (N m), in B.
+
+    Returns
+    -------
+    (6,) array
+        Linear acceleration (m/s², in W), then angular acceleration (rad/s², in B).
+
+    Notes
+    -----
+    Aboudorra et al. 2024, eq. (3).
+    """
+    w = np.asarray(wrench_B, dtype=np.float64)
+    J, omega = vehicle.inertia, state.w_WB_B
+    linear = state.R_WB @ w[:3] / vehicle.mass - np.array([0.0, 0.0, GRAVITY])
+    return np.concatenate([linear, np.linalg.solve(J, w[3:] - np.cross(omega, J @ omega))])
+
+
+def wrench_for(vehicle: Vehicle, state: State, wanted: ArrayLike) -> FloatArray:
+    """Return the (6,) wrench in B that gives an acceleration: the inverse of `acceleration`."""
+    row = np.ascontiguousarray(wanted, dtype=np.float64)
+    p, R, v, w = state
+    return _core.wrench_for(as_core(vehicle), state_row(p, R, v, w), row)
+
+
+def hover_thrust(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
+    """Return the (n,) equal thrusts, N, whose lift along body z is the weight.
+
+    ``f_i = m g / Σ e3·z_i(α)``; with the tilt at which no rotor lifts there is none, and the answer
+    is zero.
+    """
+    from omnimorph.model.allocation import allocation_matrix
+
+    lift = float(allocation_matrix(vehicle, tilt)[2].sum())
+    equal = vehicle.mass * GRAVITY / lift if abs(lift) > 1e-9 else 0.0
+    return np.clip(np.full(vehicle.n_rotors, equal), vehicle.thrust_min, vehicle.thrust_max)
+
+
+def rotation_exponential(phi: ArrayLike) -> FloatArray:
+    """Return exp([φ]×): the (3, 3) rotation about φ by |φ| rad (Rodrigues)."""
+    return _core.rotation_exponential(np.ascontiguousarray(phi, dtype=np.float64))

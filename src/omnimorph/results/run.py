@@ -1,0 +1,271 @@
+"""`Run`: everything one flight left behind, as columns over time.
+
+Row k of K belongs to the time t_k = k h, h the physics step; the last row is the final state. In
+row k the motion, the rotor speeds, the tilt and the achieved wrench are those at t_k; the desired
+motion, the command and the allocation are those of the step that begins at t_k (a command is held
+between control steps).
+"""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import InputError
+from omnimorph.protocols import FloatArray
+from omnimorph.results.metrics import Metrics, metrics_from_run
+
+__all__ = ["COLUMNS", "Column", "Outcome", "Performance", "Provenance", "Run"]
+
+
+class Outcome(enum.Enum):
+    """How a flight ended; the value is the sentence a user reads."""
+
+    COMPLETED = "The flight was completed."
+    LOST = "The vehicle was lost: it strayed too far from its reference."
+    NOT_FINITE = "The flight was ended: the controller gave a number that is not finite."
+    DIVERGED = "The flight was ended: the state of the vehicle is no longer finite."
+    INTERRUPTED = "The flight was interrupted before its end."
+
+
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """Where a run comes from: enough to fly it again, the same on every machine.
+
+    Attributes
+    ----------
+    scenario_name, scenario_text : str
+        The scenario as it was flown, everything in it resolved, as JSON.
+    vehicle_text : str
+        The controller's vehicle, as a vehicle file.
+    plant_name : str
+        Such as ``perfect`` or ``realistic``.
+    seed, flight : int
+        Which noise: flight k of seed s is the same wherever it is flown; 0 … 2⁶⁴ − 1.
+    control_period, physics_step : float
+        In s.
+    version : str
+        Of omnimorph.
+    content_hash : str
+        SHA-256 over the columns, the outcome and this record, as `Run.content_hash` tells it; set
+        in a run that was read from a file, "" in one that has not been stored.
+    """
+
+    scenario_name: str
+    scenario_text: str
+    vehicle_text: str
+    plant_name: str
+    seed: int
+    flight: int
+    control_period: float
+    physics_step: float
+    version: str
+    content_hash: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("seed", "flight"):
+            value = getattr(self, name)
+            if not (isinstance(value, int) and 0 <= value < 2**64):
+                raise InputError.at("provenance", name, value, "an integer from 0 to 2**64 - 1")
+        for name in ("control_period", "physics_step"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise InputError.at("provenance", name, value, "a positive number of seconds")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Performance:
+    """How fast it was computed; depends on the machine, so it is kept apart.
+
+    Attributes
+    ----------
+    wall_time : float
+        Time the flight took to compute, s.
+    real_time_factor : float
+        Seconds flown per second of computing.
+    """
+
+    wall_time: float
+    real_time_factor: float
+
+
+class Column(NamedTuple):
+    """What one column of a run is.
+
+    Attributes
+    ----------
+    name : str
+        The attribute of `Run`, and the variable in its file.
+    dims : tuple of str
+        Names of the dimensions after time.
+    units, frame, long_name : str
+        Frame "" where there is none.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    units: str
+    frame: str
+    long_name: str
+
+
+_MATRIX = ("axis_W", "axis_B")
+_WRENCH_UNITS = "N (force), N m (torque)"
+_BODY_TO_WORLD = "W from B"
+
+COLUMNS: tuple[Column, ...] = (
+    Column("p_WB", ("axis",), "m", "W", "position of the centre of mass"),
+    Column("R_WB", _MATRIX, "1", _BODY_TO_WORLD, "attitude, rotation matrix"),
+    Column("v_WB", ("axis",), "m/s", "W", "velocity of the centre of mass"),
+    Column("w_WB_B", ("axis",), "rad/s", "B", "body rate"),
+    Column("desired_p_WB", ("axis",), "m", "W", "desired position"),
+    Column("desired_R_WB", _MATRIX, "1", _BODY_TO_WORLD, "desired attitude, rotation matrix"),
+    Column("desired_v_WB", ("axis",), "m/s", "W", "desired velocity"),
+    Column("desired_w_WB_B", ("axis",), "rad/s", "B desired", "desired body rate"),
+    Column("thrust", ("rotor",), "N", "", "thrust commanded, along the rotor's axis"),
+    Column("speed", ("rotor",), "rad/s", "", "actual speed of the rotor"),
+    Column("tilt", ("servo",), "rad", "", "actual tilt"),
+    Column("tilt_command", ("servo",), "rad", "", "tilt commanded"),
+    Column("wrench_asked", ("wrench",), _WRENCH_UNITS, "B", "wrench the controller asked for"),
+    Column("wrench_achieved", ("wrench",), _WRENCH_UNITS, "B", "wrench the rotors made"),
+    Column("cost", (), "1", "", "cost of the allocation"),
+    Column("kkt_residual", (), "1", "", "KKT residual of the allocation, scaled problem"),
+    Column("active", ("rotor",), "1", "", "limit at which the thrust was commanded"),
+)
+"""Every column of a run but `time`, in the order in which they are stored and hashed."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Run:
+    """One flight: K rows over time, how it ended, and where it comes from.
+
+    The arrays are kept, not copied: hand them over and do not write to them afterwards. Through the
+    run they are read-only. n is the number of rotors, m of servos.
+
+    Attributes
+    ----------
+    time : (K,) array, s
+        t_k = k times the physics step.
+    p_WB, v_WB : (K, 3) array, m and m/s, in W
+        Position and velocity of the centre of mass.
+    R_WB : (K, 3, 3) array
+        Attitude: columns are the axes of B in W.
+    w_WB_B : (K, 3) array, rad/s, in B
+        Body rate.
+    desired_p_WB, desired_R_WB, desired_v_WB, desired_w_WB_B : arrays
+        The desired motion, likewise; the body rate in the desired B.
+    thrust : (K, n) array, N
+        Commanded thrust.
+    speed : (K, n) array, rad/s
+        Actual speed.
+    tilt, tilt_command : (K, m) array, rad
+        Actual and commanded tilt.
+    wrench_asked, wrench_achieved : (K, 6) array, N and N m, in B
+        Force, then torque: what the controller asked for, what the rotors made.
+    cost, kkt_residual : (K,) array
+        Of the allocation: its cost, and the KKT residual of the scaled problem, its proof.
+    active : (K, n) array of int8
+        −1 where the commanded thrust is at its lower limit, +1 at its upper, 0 between.
+    outcome : Outcome
+        How the flight ended.
+    vehicle : Vehicle
+        The vehicle as the controller knows it.
+    provenance : Provenance
+        Where the run comes from.
+    performance : Performance
+        How fast it was computed.
+
+    Raises
+    ------
+    InputError
+        If a column does not have its shape.
+    """
+
+    time: FloatArray
+    p_WB: FloatArray
+    R_WB: FloatArray
+    v_WB: FloatArray
+    w_WB_B: FloatArray
+    desired_p_WB: FloatArray
+    desired_R_WB: FloatArray
+    desired_v_WB: FloatArray
+    desired_w_WB_B: FloatArray
+    thrust: FloatArray
+    speed: FloatArray
+    tilt: FloatArray
+    tilt_command: FloatArray
+    wrench_asked: FloatArray
+    wrench_achieved: FloatArray
+    cost: FloatArray
+    kkt_residual: FloatArray
+    active: NDArray[np.int8]
+    outcome: Outcome
+    vehicle: Vehicle = field(repr=False)
+    provenance: Provenance
+    performance: Performance
+
+    def __post_init__(self) -> None:
+        sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
+        sizes |= {"rotor": self.vehicle.n_rotors, "servo": self.vehicle.n_servos}
+        rows = np.size(self.time)
+        if rows == 0:
+            raise InputError.at("run", "number of rows", 0, "at least 1")
+        self._keep("time", (rows,), np.float64)
+        for column in COLUMNS:
+            dtype = np.int8 if column.name == "active" else np.float64
+            self._keep(column.name, (rows, *(sizes[dim] for dim in column.dims)), dtype)
+
+    def _keep(self, name: str, shape: tuple[int, ...], dtype: type) -> None:
+        array: NDArray[Any] = np.asarray(getattr(self, name), dtype=dtype).view()
+        if array.shape != shape:
+            raise InputError.at("run", f"shape of {name}", array.shape, str(shape))
+        array.flags.writeable = False
+        object.__setattr__(self, name, array)
+
+    def __repr__(self) -> str:
+        scenario, seconds = self.provenance.scenario_name, float(self.time[-1])
+        name = self.outcome.name.lower()
+        return f"Run({scenario!r}, {name} after {seconds:g} s, {len(self.time)} rows)"
+
+    @cached_property
+    def metrics(self) -> Metrics:
+        """The numbers of the run, named as the keys of ``metrics.json``."""
+        return metrics_from_run(self)
+
+    @cached_property
+    def content_hash(self) -> str:
+        """SHA-256 over the columns, the outcome and the provenance, as hexadecimal text.
+
+        It does not depend on the machine but through the numbers themselves: two runs with the same
+        hash are the same flight to the last bit.
+        """
+        from omnimorph.results.store import hash_content
+
+        return hash_content(self)
+
+    def save(self, path: str | Path, *, compression: int = 0) -> None:
+        """Write the run to a netCDF-4 file, as a whole or not at all.
+
+        Parameters
+        ----------
+        path : str or Path
+            The file, usually ``….nc``; an older one is replaced.
+        compression : int
+            0 (none) to 9, of gzip; it costs far more time than it saves space.
+
+        Raises
+        ------
+        RunFileError
+            If it cannot be written; nothing half-written is left.
+        """
+        from omnimorph.results.store import save_run
+
+        save_run(self, path, compression=compression)

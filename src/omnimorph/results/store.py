@@ -1,0 +1,308 @@
+"""The file of a run: netCDF-4, written with h5py.
+
+netCDF-4 is HDF5 with named dimensions, so the file opens in xarray, MATLAB, ncview and h5py. Each
+column is a variable with its units, frame and long name; the dimensions are ``time``, ``axis``,
+``axis_W`` and ``axis_B`` (rows and columns of a rotation matrix), ``rotor``, ``servo`` (absent, and
+the tilt with it, if the vehicle has none) and ``wrench``. Attributes of the file hold outcome and
+provenance; what depends on the machine is in the group ``performance``.
+
+The netCDF libraries themselves take as long to load and to write as the whole flight takes to
+compute; the few conventions that make an HDF5 file a netCDF-4 file are in `_add_dimensions`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import io
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from omnimorph.errors import InputError, OmnimorphError, RunFileError
+from omnimorph.results.atomic import replacing
+from omnimorph.results.run import COLUMNS, Column, Outcome, Performance, Provenance, Run
+
+__all__ = ["SCHEMA_VERSION", "hash_content", "load_run", "save_run"]
+
+SCHEMA = "omnimorph run"
+SCHEMA_VERSION = 1
+"""Grows when the meaning of a file changes; older files stay readable."""
+
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_AXES = ["x", "y", "z"]
+_WRENCH = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"]
+# Attribute of the file -> field of the provenance; only files and displays carry units in names.
+_ATTRIBUTES = {
+    "omnimorph_version": "version",
+    "scenario_name": "scenario_name",
+    "scenario": "scenario_text",
+    "vehicle": "vehicle_text",
+    "plant": "plant_name",
+    "seed": "seed",
+    "flight": "flight",
+    "control_period_s": "control_period",
+    "physics_step_s": "physics_step",
+}
+
+
+def hash_content(run: Run) -> str:
+    """Return the SHA-256 of a run's columns, outcome and provenance, as hexadecimal text.
+
+    Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in UTF-8; performance, and
+    a hash the provenance may hold, do not enter.
+    """
+    provenance = dataclasses.asdict(run.provenance)
+    del provenance["content_hash"]
+    record = {"schema": SCHEMA, "outcome": run.outcome.name, "provenance": provenance}
+    digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
+    for name in ("time", *(column.name for column in COLUMNS)):
+        array = _stored(getattr(run, name))
+        digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
+        digest.update(array.reshape(-1).view(np.uint8))
+    return digest.hexdigest()
+
+
+def save_run(run: Run, path: str | Path, *, compression: int = 0) -> None:
+    """Write a run to a netCDF-4 file, as a whole or not at all: see `Run.save`."""
+    if compression not in range(10):
+        raise InputError.at("save", "compression", compression, "an integer from 0 to 9")
+    import h5py
+
+    with replacing(path) as temporary, _OutputFile(temporary) as output:
+        try:
+            with h5py.File(output, "w", track_order=True) as file:
+                _write(file, run, compression)
+        except (OSError, RuntimeError):
+            if output.failure is None:
+                raise
+        if output.failure is not None:
+            raise output.failure
+
+
+def load_run(path: str | Path) -> Run:
+    """Read a run from a file that `Run.save` wrote.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Run
+        Equal to the one that was written, with the hash of its content in its provenance.
+
+    Raises
+    ------
+    RunFileError
+        If the file cannot be read, is cut off, is no netCDF-4 file or no run, was written by a
+        newer schema, lacks a column, or was changed since: one sentence that names the file.
+    """
+    try:
+        with open(path, "rb") as file:
+            _check_signature(path, file.read(len(_HDF5_SIGNATURE)))
+            return _read_hdf5(path, file)
+    except OSError as error:
+        raise _unreadable(path, f"it cannot be read: {error.strerror or error}") from error
+
+
+class _OutputFile(io.FileIO):
+    """A file whose first failure to write is kept, and hidden from HDF5.
+
+    HDF5 cannot close a file it cannot write to, and then fails again when the process ends. So it
+    is told that all went well, and the reason comes out clean: `failure`.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(os.fspath(path), "w+")
+        self.failure: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        view = memoryview(data).cast("B")
+        done = 0
+        try:
+            while self.failure is None and done < len(view):
+                done += super().write(view[done:])
+        except OSError as error:
+            self.failure = error
+        return len(view)
+
+    def truncate(self, size: int | None = None) -> int:
+        try:
+            if self.failure is None:
+                return super().truncate(size)
+        except OSError as error:
+            self.failure = error
+        return size or 0
+
+
+def _write(file: Any, run: Run, compression: int) -> None:
+    file.attrs["title"] = _text(f"omnimorph flight: {run.provenance.scenario_name}")
+    file.attrs["schema"] = _text(SCHEMA)
+    file.attrs["schema_version"] = SCHEMA_VERSION
+    file.attrs["outcome"] = _text(run.outcome.name.lower())
+    file.attrs["outcome_sentence"] = _text(run.outcome.value)
+    for attribute, name in _ATTRIBUTES.items():
+        file.attrs[attribute] = getattr(run.provenance, name)
+    file.attrs["content_hash"] = _text(run.content_hash)
+    scales = _add_dimensions(file, run)
+    for column in COLUMNS:
+        if all(dim in scales for dim in column.dims):
+            _add_column(file, column, getattr(run, column.name), scales, compression)
+    group = file.create_group("performance", track_order=True)
+    group.attrs["wall_time_s"] = run.performance.wall_time
+    group.attrs["real_time_factor"] = run.performance.real_time_factor
+
+
+def _add_dimensions(file: Any, run: Run) -> dict[str, Any]:
+    """Add the dimensions: HDF5 scales, numbered as netCDF-4 wants them, that name their entries."""
+    import h5py
+
+    names = h5py.string_dtype()
+    dimensions: dict[str, tuple[Any, str, str]] = {
+        "time": (_stored(run.time), "s", "time"),
+        "axis": (np.array(_AXES, dtype=names), "", "axis of the frame"),
+        "axis_W": (np.array(_AXES, dtype=names), "", "axis of the world W"),
+        "axis_B": (np.array(_AXES, dtype=names), "", "axis of the body B"),
+        "rotor": (np.arange(run.vehicle.n_rotors, dtype=np.int32), "1", "rotor, counted from 0"),
+        "wrench": (np.array(_WRENCH, dtype=names), "", "component of force or torque"),
+    }
+    if run.vehicle.n_servos:
+        dimensions["servo"] = (np.array(run.vehicle.servo_name, dtype=names), "", "servo")
+    scales = {}
+    for number, (name, (values, units, long_name)) in enumerate(dimensions.items()):
+        scale = file.create_dataset(name, data=values, track_order=True)
+        scale.make_scale(name)
+        scale.attrs["_Netcdf4Dimid"] = np.int32(number)
+        scale.attrs["long_name"] = _text(long_name)
+        if units:
+            scale.attrs["units"] = _text(units)
+        scales[name] = scale
+    return scales
+
+
+def _add_column(
+    file: Any, column: Column, values: Any, scales: dict[str, Any], compression: int
+) -> None:
+    options: dict[str, Any] = {}
+    if compression:
+        chunk = (min(len(values), 4096), *values.shape[1:])
+        options = {"chunks": chunk, "compression": compression, "shuffle": True}
+    data = file.create_dataset(column.name, data=_stored(values), track_order=True, **options)
+    for position, dim in enumerate(("time", *column.dims)):
+        data.dims[position].attach_scale(scales[dim])
+    data.attrs["units"] = _text(column.units)
+    data.attrs["long_name"] = _text(column.long_name)
+    if column.frame:
+        data.attrs["frame"] = _text(column.frame)
+    if column.name == "active":
+        data.attrs["flag_values"] = np.array([-1, 0, 1], dtype=np.int8)
+        data.attrs["flag_meanings"] = _text("lower_limit free upper_limit")
+
+
+def _read_hdf5(path: str | Path, file: Any) -> Run:
+    import h5py
+
+    try:
+        with h5py.File(file, "r") as hdf5:
+            run = _read(path, hdf5)
+    except OmnimorphError:
+        raise
+    except Exception as error:  # h5py passes on a broken file as nearly any exception
+        told = " ".join(str(error).split()) or type(error).__name__
+        raise _unreadable(path, f"it is cut off or damaged ({told})") from error
+    if run.content_hash != run.provenance.content_hash:
+        raise _unreadable(path, "its content does not match its hash: it was changed or damaged")
+    return run
+
+
+def _read(path: str | Path, file: Any) -> Run:
+    from omnimorph.design.files import parse_vehicle
+
+    _check_schema(path, file.attrs)
+    provenance = {name: _attribute(path, file, key) for key, name in _ATTRIBUTES.items()}
+    provenance["content_hash"] = _attribute(path, file, "content_hash")
+    columns = {"time": _column(path, file, "time")}
+    for column in COLUMNS:
+        if "servo" in column.dims and "servo" not in file:
+            columns[column.name] = np.zeros((len(columns["time"]), 0))
+        else:
+            columns[column.name] = _column(path, file, column.name)
+    outcome = str(_attribute(path, file, "outcome")).upper()
+    if outcome not in Outcome.__members__:
+        allowed = f"one of {', '.join(Outcome.__members__).lower()}"
+        raise RunFileError.at(path, "outcome", outcome.lower(), allowed)
+    performance = file["performance"].attrs if "performance" in file else {}
+    try:
+        return Run(
+            **columns,
+            outcome=Outcome[outcome],
+            vehicle=parse_vehicle(provenance["vehicle_text"], f"{path}: vehicle"),
+            provenance=Provenance(**provenance),
+            performance=Performance(
+                wall_time=float(performance.get("wall_time_s", np.nan)),
+                real_time_factor=float(performance.get("real_time_factor", np.nan)),
+            ),
+        )
+    except InputError as error:
+        raise _unreadable(path, f"it does not hold a run ({str(error).rstrip('.')})") from error
+
+
+def _check_signature(path: str | Path, start: bytes) -> None:
+    if not start:
+        raise _unreadable(path, "it is empty")
+    if start != _HDF5_SIGNATURE:
+        raise _unreadable(path, "it is not a netCDF-4 file")
+
+
+def _check_schema(path: str | Path, attributes: Any) -> None:
+    if _plain(attributes.get("schema")) != SCHEMA:
+        raise _unreadable(path, "it is a netCDF-4 or HDF5 file, but not a run of omnimorph")
+    version = _plain(attributes.get("schema_version"))
+    if not isinstance(version, int) or version < 1:
+        raise RunFileError.at(path, "schema_version", version, "an integer from 1 on")
+    if version > SCHEMA_VERSION:
+        writer = _plain(attributes.get("omnimorph_version"))
+        raise RunFileError(
+            f"{path}: the run cannot be read: its schema version is {version} (by omnimorph "
+            f"{writer}), but this one reads up to {SCHEMA_VERSION}; install a newer omnimorph.",
+            file=str(path),
+        )
+
+
+def _attribute(path: str | Path, file: Any, key: str) -> Any:
+    if key not in file.attrs:
+        raise _unreadable(path, f"the attribute {key} is missing")
+    return _plain(file.attrs[key])
+
+
+def _column(path: str | Path, file: Any, name: str) -> Any:
+    if name not in file:
+        raise _unreadable(path, f"the column {name} is missing")
+    return file[name][...]
+
+
+def _plain(value: Any) -> Any:
+    """Return an attribute as Python's own text or number; netCDF keeps a number as a list of one."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value[0] if value.ndim else value[()]
+    if isinstance(value, bytes):
+        return value.decode()
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _stored(values: Any) -> Any:
+    """Return an array as it is stored: row by row, little-endian; itself if it already is."""
+    return np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
+
+
+def _text(text: str) -> Any:
+    """Return short text as the fixed-length ASCII that every netCDF tool reads."""
+    return np.bytes_(text.encode("ascii", "replace"))
+
+
+def _unreadable(path: str | Path, reason: str) -> RunFileError:
+    return RunFileError(f"{path}: the run cannot be read: {reason}.", file=str(path))

@@ -1,0 +1,1 @@
+"""Fly: scenarios (`scenario`), the plant and its imperfections (`plant`, `effects`), the loop (`fly`)."""

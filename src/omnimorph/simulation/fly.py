@@ -1,0 +1,301 @@
+"""Fly a scenario: in the compiled core, or with parts of the loop written in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import NamedTuple
+
+import numpy as np
+
+from omnimorph import _core
+from omnimorph.control.controller import core_settings
+from omnimorph.design.files import vehicle_text
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import as_core, state_row
+from omnimorph.model.dynamics import hover_thrust
+from omnimorph.protocols import (
+    Allocator,
+    Command,
+    Controller,
+    Desired,
+    Disturbance,
+    FloatArray,
+    Reference,
+)
+from omnimorph.reference.segments import SegmentReference
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
+from omnimorph.simulation.plant import as_state, control_steps
+from omnimorph.simulation.scenario import Scenario, load_plant
+
+__all__ = ["fly", "measurement_noise"]
+
+Progress = Callable[[float, float], None]
+_STEPS_BETWEEN_REPORTS = 2000
+_NO_DISTURBANCE = np.zeros(6)
+_UNKNOWN = np.full(6, np.nan)
+_OUTCOMES = {
+    _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
+    _core.FlightStatus.LOST: Outcome.LOST,
+    _core.FlightStatus.DIVERGED: Outcome.DIVERGED,
+}
+
+
+def fly(
+    scenario: Scenario,
+    *,
+    seed: int = 0,
+    flight: int = 0,
+    plant: str | None = None,
+    controller: Controller | None = None,
+    allocator: Allocator | None = None,
+    reference: Reference | None = None,
+    disturbance: Disturbance | None = None,
+    progress: Progress | None = None,
+) -> Run:
+    """Fly a scenario once.
+
+    Parts of the loop can be objects written in Python: a `controller` or an `allocator` is called
+    once a control step, a `disturbance` once a physics step, a `reference` for every physics step
+    before the flight. What is left out runs in the core.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is flown.
+    seed, flight : int
+        Which noise: flight k of seed s is the same wherever and beside whatever it is flown.
+    plant : str, optional
+        Name or file of another plant, such as ``perfect``.
+    controller, allocator, reference, disturbance : optional
+        See `omnimorph.protocols`. An allocator gets its accelerations from the scenario's tracking.
+    progress : callable, optional
+        Called now and then with the time flown and the duration, s.
+
+    Returns
+    -------
+    Run
+        Complete, or up to the step at which the flight ended; `Run.outcome` tells.
+
+    Raises
+    ------
+    ScenarioError
+        If a part does not fit: both a controller and an allocator, a reference that is not finite.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> run = om.fly(om.load_scenario("hover"), plant="perfect")
+    >>> run.outcome.name, run.metrics.position_error_max_m < 1e-6
+    ('COMPLETED', True)
+    """
+    if controller is not None and allocator is not None:
+        raise ScenarioError("fly takes a controller or an allocator, not both: a controller allocates.")
+    if plant is not None:
+        scenario = replace(scenario, plant=load_plant(plant))
+    if reference is not None:
+        scenario = replace(scenario, reference=reference)
+    loop = _Loop(scenario, seed, flight)
+    began = perf_counter()
+    if controller is None and allocator is None and disturbance is None:
+        outcome = loop.fly_in_core(progress)
+    else:
+        outcome = loop.fly_in_python(controller, allocator, disturbance, progress)
+    return loop.as_run(outcome, perf_counter() - began)
+
+
+def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
+    """Return the (steps, 12) standard normal numbers behind a flight's white measurement noise.
+
+    Columns: position, velocity, attitude, body rate. They depend on nothing but the arguments.
+    """
+    return _core.measurement_normals(seed, flight, 0, steps)
+
+
+class _Decision(NamedTuple):
+    """A command from Python, and what is known of it."""
+
+    command: Command
+    wrench_asked: FloatArray
+
+
+class _Loop:
+    """One flight under way: the core's flight, the columns it writes, and where it came from."""
+
+    def __init__(self, scenario: Scenario, seed: int, flight: int) -> None:
+        self.scenario, self.seed, self.flight = scenario, seed, flight
+        vehicle, plant = scenario.vehicle, scenario.plant
+        self.steps = round(scenario.reference.duration / plant.physics_step)
+        if self.steps < 1:
+            allowed = "at least one physics step"
+            raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+        self.control_every = control_steps(plant)
+        self.columns = _empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
+        self.settings = core_settings(
+            vehicle, scenario.gains, scenario.allocator, plant.control_period
+        )
+        start = scenario.reference(0.0)
+        tilt = scenario.tilt
+        self.last = Command(hover_thrust(vehicle, tilt), tilt)
+        self.core = _core.new_flight(
+            plant=plant.build_settings(vehicle),
+            model=as_core(vehicle),
+            controller=self.settings,
+            reference=_core_reference(scenario, self.steps),
+            start=state_row(start.p_WB, start.R_WB, np.zeros(6)),
+            thrust=self.last.thrust,
+            tilt=tilt,
+            steps=self.steps,
+            control_every=self.control_every,
+            lost_beyond=scenario.lost_beyond,
+            seed=seed,
+            flight=flight,
+            columns=self.columns,
+        )
+
+    def fly_in_core(self, progress: Progress | None) -> Outcome:
+        """Let the core fly, stopping now and then to report and to notice an interrupt."""
+        while self.core.status == _core.FlightStatus.FLYING:
+            self.core.advance(_STEPS_BETWEEN_REPORTS)
+            self._report(progress)
+        return _OUTCOMES[self.core.status]
+
+    def fly_in_python(
+        self,
+        controller: Controller | None,
+        allocator: Allocator | None,
+        disturbance: Disturbance | None,
+        progress: Progress | None,
+    ) -> Outcome:
+        """Fly one control step at a time."""
+        core = self.core
+        for k in range(0, self.steps + 1, self.control_every):
+            if k < self.steps:
+                state, desired = core.measure(), core.desired()
+                if controller is None and allocator is None:
+                    core.control(state, desired)
+                else:
+                    decision = self._decide(controller, allocator, state, desired)
+                    if decision is None:
+                        return Outcome.NOT_FINITE
+                    self._send(decision)
+            self._integrate(disturbance)
+            if core.status != _core.FlightStatus.FLYING:
+                break
+            if k % _STEPS_BETWEEN_REPORTS == 0:
+                self._report(progress)
+        return _OUTCOMES.get(core.status, Outcome.COMPLETED)
+
+    def _integrate(self, disturbance: Disturbance | None) -> None:
+        if disturbance is None:
+            self.core.integrate(self.control_every, _NO_DISTURBANCE)
+            return
+        for _ in range(self.control_every):
+            time = self.core.step * self.scenario.plant.physics_step
+            push = np.ascontiguousarray(disturbance(time, as_state(self.core.motion())), np.float64)
+            self.core.integrate(1, push)
+
+    def _decide(
+        self,
+        controller: Controller | None,
+        allocator: Allocator | None,
+        state_numbers: FloatArray,
+        desired_numbers: FloatArray,
+    ) -> _Decision | None:
+        """Ask the parts written in Python; None if the answer is not finite."""
+        state = as_state(state_numbers)
+        asked = _UNKNOWN
+        if controller is not None:
+            time = self.core.step * self.scenario.plant.physics_step
+            answer = controller(time, state, _as_desired(desired_numbers))
+        else:
+            assert allocator is not None
+            wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
+            asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
+            answer = allocator(wanted, state, self.last)
+        thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in answer)
+        vehicle = self.scenario.vehicle
+        if thrust.shape != (vehicle.n_rotors,) or tilt.shape != (vehicle.n_servos,):
+            allowed = f"{vehicle.n_rotors} thrusts and {vehicle.n_servos} tilts"
+            found = f"{thrust.shape} and {tilt.shape} numbers"
+            raise ScenarioError.at("the controller's command", "shape", found, allowed)
+        if not np.isfinite(thrust.sum() + tilt.sum()):
+            return None
+        self.last = Command(thrust, tilt)
+        return _Decision(self.last, asked)
+
+    def _send(self, decision: _Decision) -> None:
+        thrust, tilt = decision.command
+        vehicle = self.scenario.vehicle
+        active = (thrust >= vehicle.thrust_max) * 1.0 - (thrust <= vehicle.thrust_min)
+        self.core.decide(thrust, tilt, active, decision.wrench_asked, np.nan)
+
+    def _report(self, progress: Progress | None) -> None:
+        if progress is not None:
+            step = self.scenario.plant.physics_step
+            progress(self.core.step * step, self.steps * step)
+
+    def as_run(self, outcome: Outcome, wall_time: float) -> Run:
+        """Return the rows flown so far as a run."""
+        scenario = self.scenario
+        plant = scenario.plant
+        rows = self.core.step + 1 if outcome is not Outcome.NOT_FINITE else max(self.core.step, 1)
+        time = np.arange(rows) * plant.physics_step
+        return Run(
+            time=time,
+            **{name: column[:rows] for name, column in self.columns.items()},
+            outcome=outcome,
+            vehicle=scenario.vehicle,
+            provenance=Provenance(
+                scenario_name=scenario.name,
+                scenario_text=scenario.as_text(),
+                vehicle_text=vehicle_text(scenario.vehicle),
+                plant_name=plant.name,
+                seed=self.seed,
+                flight=self.flight,
+                control_period=plant.control_period,
+                physics_step=plant.physics_step,
+                version=_version(),
+            ),
+            performance=Performance(
+                wall_time=wall_time, real_time_factor=float(time[-1]) / max(wall_time, 1e-9)
+            ),
+        )
+
+
+def _empty_columns(rows: int, n: int, m: int) -> dict[str, FloatArray]:
+    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
+    return {
+        column.name: np.empty(
+            (rows, *(sizes[dim] for dim in column.dims)),
+            dtype=np.int8 if column.name == "active" else np.float64,
+        )
+        for column in COLUMNS
+    }
+
+
+def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
+    """Return the reference as the core flies it: segments as they are, anything else sampled."""
+    reference = scenario.reference
+    nothing = np.zeros(0)
+    if isinstance(reference, SegmentReference):
+        return _core.Reference(reference.as_table(), nothing)
+    times = np.arange(steps + 1) * scenario.plant.physics_step
+    sample = getattr(reference, "sample", None)
+    rows = sample(times) if sample else np.array([state_row(*reference(t)) for t in times.tolist()])
+    if not np.isfinite(rows).all():
+        at = times[np.argmin(np.isfinite(rows).all(axis=1))]
+        raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")
+    return _core.Reference(nothing, np.ascontiguousarray(rows))
+
+
+def _as_desired(row: FloatArray) -> Desired:
+    state = as_state(row)
+    return Desired(*state, a_WB=row[18:21], dw_WB_B=row[21:24])
+
+
+def _version() -> str:
+    from omnimorph import __version__
+
+    return __version__

@@ -1,0 +1,221 @@
+"""The plant: what it is made of (`PlantModel`), and one that is flown step by step (`SimulatedPlant`).
+
+Within a physics step the actuators move first, then the body: with semi-implicit Euler the new
+actuators give the wrench, the new velocities give the pose; Runge and Kutta's rule takes the
+actuators at the start, middle and end of the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph import _core
+from omnimorph.control.allocators import FixedTilt
+from omnimorph.control.controller import core_settings
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.records import Record, quantity
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import as_core, as_tilt, state_row
+from omnimorph.model.dynamics import hover_thrust
+from omnimorph.protocols import Command, FloatArray, State
+from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
+
+__all__ = ["INTEGRATORS", "PlantModel", "SimulatedPlant", "control_steps"]
+
+INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
+_NO_DISTURBANCE = np.zeros(6)
+_POSITIVE = "a positive number of milliseconds"
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantModel(Record):
+    """How the vehicle really behaves: time steps, integrator, and a list of imperfections.
+
+    Attributes
+    ----------
+    name : str
+        What reports call it.
+    physics_step, control_period : float, s
+        The period is a multiple of the step.
+    integrator : str
+        ``semi-implicit-euler`` or ``runge-kutta-4`` (on the rotation group).
+    effects : tuple of Effect
+        Each kind once, but for constant wrenches, which add up.
+
+    Raises
+    ------
+    ScenarioError
+        If the period is no multiple of the step, or an effect stands twice.
+    """
+
+    kind: ClassVar[str] = "plant"
+    physics_step: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
+    control_period: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
+    integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = "semi-implicit-euler"
+    effects: tuple[Effect, ...] = ()
+    name: str = "own"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.integrator not in INTEGRATORS:
+            allowed = " or ".join(INTEGRATORS)
+            raise ScenarioError.at("plant", "integrator", self.integrator, allowed)
+        control_steps(self)
+        seen: set[str] = set()
+        for effect in self.effects:
+            if not isinstance(effect, Effect):
+                raise ScenarioError.at("plant", "effects", effect, "a sequence of effects")
+            if effect.kind in seen and not isinstance(effect, ConstantWrench):
+                raise ScenarioError.at("plant", "effect", effect.kind, "there only once")
+            seen.add(effect.kind)
+
+    def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
+        """Return the vehicle that really flies when the controller believes in `vehicle`."""
+        for effect in self.effects:
+            vehicle = effect.true_vehicle(vehicle)
+        return vehicle
+
+    def build_settings(self, vehicle: Vehicle) -> _core.PlantSettings:
+        """Return the core's plant for a controller's vehicle, with every effect added."""
+        truth = self.true_vehicle(vehicle)
+        settings = _core.PlantSettings(
+            as_core(truth), vehicle.thrust_coefficient, self.physics_step, self.integrator
+        )
+        plant = PlantBuild(settings, truth, self.control_period, self.physics_step)
+        for effect in self.effects:
+            effect.add_to(plant)
+        return settings
+
+
+def control_steps(plant: PlantModel) -> int:
+    """Return the number of physics steps in a control period; refuse a broken number."""
+    ratio = plant.control_period / plant.physics_step
+    steps = round(ratio)
+    if steps < 1 or abs(ratio - steps) > 1e-9 * ratio:
+        allowed = f"a multiple of the physics step, {plant.physics_step * 1e3:g} ms"
+        raise ScenarioError.at("plant", "control_period_ms", plant.control_period * 1e3, allowed)
+    return steps
+
+
+class SimulatedPlant:
+    """A plant that is stepped from Python (satisfies `omnimorph.protocols.Plant`).
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        The vehicle as its controller knows it; the plant's effects make the true one of it.
+    plant : PlantModel
+        How it behaves.
+    start : State, optional
+        At rest at the origin, upright, by default.
+    start_tilt : float or (m,), rad
+        The servos' angles.
+    start_thrust : (n,), optional, N
+        Hovering by default.
+    seed, flight : int
+        Which noise.
+
+    Examples
+    --------
+    >>> import numpy as np, omnimorph as om
+    >>> plant = om.SimulatedPlant(om.load_vehicle("omnimorph"), om.PlantModel())
+    >>> rest = om.Command(np.zeros(8), np.zeros(1))
+    >>> state = plant.step(rest)                       # one control step, here 1 ms, of free fall
+    >>> round(float(state.v_WB[2]), 6)
+    -0.00981
+    """
+
+    def __init__(
+        self,
+        vehicle: Vehicle,
+        plant: PlantModel,
+        *,
+        start: State | None = None,
+        start_tilt: ArrayLike = 0.0,
+        start_thrust: FloatArray | None = None,
+        seed: int = 0,
+        flight: int = 0,
+    ) -> None:
+        if start is None:
+            start = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
+        tilt = as_tilt(vehicle, start_tilt)
+        rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
+        self.plant = plant
+        self._steps_of_control = control_steps(plant)
+        row = state_row(*start)
+        unused_reference = np.concatenate([row, np.zeros(6)])
+        self._flight = _core.new_flight(
+            plant=plant.build_settings(vehicle),
+            model=as_core(vehicle),
+            controller=core_settings(vehicle, TrackingGains(), rule, plant.control_period),
+            reference=_core.Reference(np.zeros(0), unused_reference),
+            start=row,
+            thrust=hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust,
+            tilt=tilt,
+            steps=2**62,
+            control_every=self._steps_of_control,
+            lost_beyond=1e150,
+            seed=seed,
+            flight=flight,
+            columns={},
+        )
+
+    @property
+    def time(self) -> float:
+        """Time since the start, s."""
+        return self._flight.step * self.plant.physics_step
+
+    @property
+    def state(self) -> State:
+        """The true motion."""
+        return as_state(self._flight.motion())
+
+    @property
+    def speed(self) -> FloatArray:
+        """Actual rotor speeds, (n,) rad/s."""
+        return self._flight.speed()
+
+    @property
+    def tilt(self) -> FloatArray:
+        """Actual servo angles, (m,) rad."""
+        return self._flight.tilt()
+
+    @property
+    def wrench(self) -> FloatArray:
+        """The (6,) wrench that the rotors make now, N and N m, in B."""
+        return self._flight.wrench_achieved()
+
+    def measure(self) -> State:
+        """Return the motion as the controller is told it, with this control step's noise."""
+        return as_state(self._flight.measure())
+
+    def send(self, command: Command) -> None:
+        """Put a command on its way to the actuators."""
+        thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
+        if not (np.isfinite(thrust).all() and np.isfinite(tilt).all()):
+            raise ScenarioError.at("plant", "command", command, "finite numbers")
+        self._flight.decide(thrust, tilt, np.zeros(len(thrust)), _NO_DISTURBANCE, 0.0)
+
+    def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_DISTURBANCE) -> State:
+        """Go on by physics steps under the commands sent; return the true motion.
+
+        `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
+        """
+        self._flight.integrate(steps, disturbance)
+        return self.state
+
+    def step(self, command: Command) -> State:
+        """Apply a command for one control period; return the motion as measured after it."""
+        self.send(command)
+        self._flight.integrate(self._steps_of_control, _NO_DISTURBANCE)
+        return self.measure()
+
+
+def as_state(row: FloatArray) -> State:
+    """Return the 18 numbers of a state of the core as a `State`."""
+    return State(row[:3], row[3:12].reshape(3, 3), row[12:15], row[15:18])

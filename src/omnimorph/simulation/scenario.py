@@ -1,0 +1,153 @@
+"""Scenarios: which vehicle flies where, with which controller, in which plant."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.documents import catalogue_names
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import as_tilt
+from omnimorph.protocols import FloatArray, Reference
+from omnimorph.simulation.plant import PlantModel
+
+if TYPE_CHECKING:
+    from omnimorph.control.controller import PoseController
+
+__all__ = ["Scenario", "list_plants", "list_scenarios", "load_plant", "load_scenario"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scenario:
+    """Everything that decides a flight but its seed.
+
+    Attributes
+    ----------
+    name, title : str
+        What it is called, and what it shows.
+    vehicle : Vehicle
+        The vehicle as the controller knows it.
+    plant : PlantModel
+        How it really behaves.
+    gains : TrackingGains
+        Of the pose controller.
+    allocator : AllocationRule
+        How thrusts and tilt are found.
+    reference : Reference
+        Where to be; the flight lasts as long as it does.
+    start_tilt : float or (m,), rad
+        The tilt at the start (and throughout, with a fixed-tilt rule).
+    lost_beyond : float, m
+        The flight ends as lost this far from the reference.
+    content : mapping
+        The file it came from with everything resolved, for provenance; empty if it came from none.
+    """
+
+    name: str
+    title: str = ""
+    vehicle: Vehicle
+    plant: PlantModel
+    gains: TrackingGains
+    allocator: AllocationRule
+    reference: Reference
+    start_tilt: float | FloatArray = 0.0
+    lost_beyond: float = 2.0
+    content: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.lost_beyond) and self.lost_beyond > 0):
+            allowed = "a positive number of metres"
+            raise ScenarioError.at(self.name, "lost_beyond_m", self.lost_beyond, allowed)
+        tilt = self.tilt
+        vehicle = self.vehicle
+        slack = 1e-9
+        inside = (tilt >= vehicle.servo_angle_min - slack) & (tilt <= vehicle.servo_angle_max + slack)
+        if not inside.all():
+            limits = zip(vehicle.servo_angle_min, vehicle.servo_angle_max, strict=True)
+            shown = ", ".join(f"{math.degrees(a):g} to {math.degrees(b):g}" for a, b in limits)
+            degrees = np.degrees(tilt).round(9)
+            raise ScenarioError.at(self.name, "start_tilt_deg", degrees, f"within {shown} degrees")
+
+    @property
+    def tilt(self) -> FloatArray:
+        """The tilt at the start, one angle for each servo, rad."""
+        return as_tilt(self.vehicle, self.start_tilt)
+
+    def build_controller(self) -> PoseController:
+        """Return the scenario's controller, to be stepped from Python."""
+        from omnimorph.control.controller import PoseController
+
+        period = self.plant.control_period
+        return PoseController(self.vehicle, self.gains, self.allocator, period, self.tilt)
+
+    def as_text(self) -> str:
+        """Return the scenario as JSON, with everything that was flown: plant, gains, weights."""
+        content = dict(self.content)
+        content |= {"name": self.name, "title": self.title, "vehicle": self.vehicle.name}
+        content["plant"] = plant_content(self.plant)
+        content["controller"] = self.gains.as_file() | {"allocator": self.allocator.as_file()}
+        content["start_tilt_deg"] = np.degrees(self.tilt).tolist()
+        content["lost_beyond_m"] = self.lost_beyond
+        return json.dumps(content, sort_keys=True)
+
+
+def plant_content(plant: PlantModel) -> dict[str, Any]:
+    """Return a plant as a file would hold it."""
+    content = plant.as_file()
+    content["effects"] = [effect.as_file() for effect in plant.effects]
+    return content
+
+
+def list_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the package, sorted."""
+    return catalogue_names(resources.files("omnimorph.simulation") / "scenarios")
+
+
+def list_plants() -> list[str]:
+    """Return the names of the plants that come with the package, sorted."""
+    return catalogue_names(resources.files("omnimorph.simulation") / "plants")
+
+
+def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
+    """Load a scenario of the catalogue, or from a TOML file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of `list_scenarios`, which goes first, or the path of a file.
+
+    Returns
+    -------
+    Scenario
+        Checked, in SI.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such scenario, or its file cannot be read or describes none; one sentence
+        with the file, the key, the value and what is allowed.
+
+    Examples
+    --------
+    >>> load_scenario("paper-case-a").reference.duration
+    45.0
+    """
+    from omnimorph.simulation.scenario_files import read_scenario
+
+    return read_scenario(name_or_path)
+
+
+def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
+    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file."""
+    from omnimorph.simulation.scenario_files import read_plant
+
+    return read_plant(name_or_path)

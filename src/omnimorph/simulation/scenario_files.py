@@ -1,0 +1,174 @@
+"""Scenario and plant files: from TOML with units in its key names to a `Scenario`.
+
+::
+
+    schema = 1
+    name = "my-flight"
+    base = "paper-case-a"            # optional: what this file leaves out stands there
+    vehicle = "omnimorph"            # a catalogue name, or a file beside this one
+    plant = "realistic"              # likewise, or a table [plant]
+
+    [controller]                     # gains; left out, the paper's
+    [controller.allocator]
+    kind = "three-candidates"
+    W1_per_Hz4 = 1e-8
+    ...
+    [reference]
+    kind = "segments"                # or "waypoints", or "samples" with file = "poses.csv"
+    start_position_m = [0.0, 0.0, 1.2]
+    [[reference.segment]]
+    duration_s = 3.0
+    move_m = [0.0, 0.0, 0.8]
+"""
+
+from __future__ import annotations
+
+import os
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from omnimorph.control.allocators import AllocationRule, FixedTilt, ThreeCandidates
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.documents import check_document, find_document, parse_toml
+from omnimorph.design.files import load_vehicle
+from omnimorph.errors import MISSING, InputError, ScenarioError
+from omnimorph.protocols import Reference
+from omnimorph.reference.samples import SampledReference
+from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
+from omnimorph.simulation import scenario_schema as schema
+from omnimorph.simulation.effects import EFFECTS
+from omnimorph.simulation.plant import PlantModel
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.units import to_SI
+
+__all__ = ["read_plant", "read_scenario"]
+
+Document = dict[str, Any]
+_RULES: dict[str, type[AllocationRule]] = {rule.kind: rule for rule in (ThreeCandidates, FixedTilt)}
+_EFFECTS = {effect.kind: effect for effect in EFFECTS}
+_MOST_BASES = 8
+
+
+def read_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
+    """Read a scenario of the catalogue or from a file; see `load_scenario`."""
+    document, file = _with_bases(name_or_path, [])
+    content = check_document(schema.ScenarioFile, document, file, ScenarioError)
+    folder = Path(file).parent
+    vehicle = load_vehicle(_beside(content.vehicle, folder))
+    if isinstance(content.plant, str):
+        plant = read_plant(_beside(content.plant, folder))
+    else:
+        plant = _named(file, lambda: _plant_from(content.plant, "own"))
+    gains = TrackingGains.from_file(content.controller)
+    rule = content.controller.allocator
+    allocator = _RULES[rule.kind].from_file(rule)
+    return _named(
+        file,
+        lambda: Scenario(
+            name=content.name,
+            title=content.title,
+            vehicle=vehicle,
+            plant=plant,
+            gains=gains,
+            allocator=allocator,
+            reference=_reference_from(content.reference, folder),
+            start_tilt=to_SI(content.start_tilt_deg, "deg"),
+            lost_beyond=content.lost_beyond_m,
+            content=document,
+        ),
+    )
+
+
+def read_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
+    """Read a plant of the catalogue or from a file; see `load_plant`."""
+    catalogue = resources.files("omnimorph.simulation") / "plants"
+    file, text = find_document(name_or_path, catalogue, "plant", ScenarioError)
+    document = parse_toml(text, file, ScenarioError)
+    content = check_document(schema.PlantFile, document, file, ScenarioError)
+    return _named(file, lambda: _plant_from(content.plant, content.name))
+
+
+def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple[Document, str]:
+    """Return a scenario's document laid over those it is based on, and its file."""
+    catalogue = resources.files("omnimorph.simulation") / "scenarios"
+    file, text = find_document(name_or_path, catalogue, "scenario", ScenarioError)
+    document = parse_toml(text, file, ScenarioError)
+    base = document.pop("base", None)
+    if base is None:
+        return document, file
+    if not isinstance(base, str):
+        raise ScenarioError.at(file, "base", base, "the name or file of another scenario")
+    if file in above or len(above) == _MOST_BASES:
+        raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
+    below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
+    if "name" not in document:
+        raise ScenarioError.at(file, "name", MISSING, "the scenario's own name")
+    return _laid_over(document, below), file
+
+
+def _laid_over(upper: Document, lower: Document) -> Document:
+    """Return both documents as one: tables are merged, anything else is the upper one's.
+
+    A table of another kind replaces the lower one: its keys would not fit.
+    """
+    joined = dict(lower)
+    for key, value in upper.items():
+        old = lower.get(key)
+        both = isinstance(value, dict) and isinstance(old, dict)
+        same_kind = both and value.get("kind", old.get("kind")) == old.get("kind")
+        joined[key] = _laid_over(value, old) if both and same_kind else value
+    return joined
+
+
+def _beside(name: str, folder: Path) -> str:
+    """Return a path that a file mentions, relative to the file's folder; names stay as they are."""
+    is_path = name.endswith((".toml", ".csv")) or os.sep in name
+    return str(folder / name) if is_path else name
+
+
+def _plant_from(content: Any, name: str) -> PlantModel:
+    effects = tuple(_EFFECTS[effect.kind].from_file(effect) for effect in content.effect)
+    return PlantModel(
+        physics_step=to_SI(content.physics_step_ms, "ms"),
+        control_period=to_SI(content.control_period_ms, "ms"),
+        integrator=content.integrator,
+        effects=effects,
+        name=name,
+    )
+
+
+def _reference_from(content: Any, folder: Path) -> Reference:
+    if isinstance(content, schema.Samples):
+        return SampledReference.from_csv(_beside(content.file, folder))
+    if isinstance(content, schema.Waypoints):
+        points = content.waypoint
+        turned = any(point.quaternion_wxyz is not None for point in points)
+        upright = [1.0, 0.0, 0.0, 0.0]
+        return segments_from_waypoints(
+            [point.time_s for point in points],
+            [point.position_m for point in points],
+            [point.quaternion_wxyz or upright for point in points] if turned else None,
+        )
+    segments = [
+        Segment(
+            part.duration_s,
+            part.move_m,
+            part.rotation_axis_W,
+            to_SI(part.rotation_angle_deg, "deg"),
+        )
+        for part in content.segment
+    ]
+    return SegmentReference(content.start_position_m, content.start_attitude(), segments)
+
+
+def _named(file: str, build: Any) -> Any:
+    """Build something of a file's content; what it refuses is told with the file's name."""
+    try:
+        return build()
+    except InputError as refused:
+        if str(refused).startswith(file):
+            raise
+        raise ScenarioError(
+            f"{file}: {refused}", file=file, key=refused.key, value=refused.value, allowed=refused.allowed
+        ) from None

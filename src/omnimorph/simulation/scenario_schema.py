@@ -1,0 +1,130 @@
+"""The scenario and plant files, table by table, as pydantic models.
+
+The description of a field is what a message says is allowed. Gains, allocation rules and effects
+are not written out here: their models are made from the records themselves (`design.records`).
+"""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field
+
+from omnimorph.control.allocators import FixedTilt, ThreeCandidates
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.records import file_model
+from omnimorph.design.schema import Number, Table, Vector
+from omnimorph.simulation.effects import EFFECTS
+from omnimorph.simulation.plant import INTEGRATORS
+
+__all__ = ["PlantFile", "Samples", "ScenarioFile", "Waypoints"]
+
+_SECONDS = "a positive number of seconds"
+_MILLISECONDS = "a positive number of milliseconds"
+_QUATERNION = "four numbers w, x, y, z of unit length"
+
+Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
+
+if TYPE_CHECKING:
+    AnyEffect = Any
+    AnyRule = Any
+    ControllerTable = Any
+else:
+    AnyEffect = Annotated[
+        reduce(or_, [file_model(effect) for effect in EFFECTS]), Field(discriminator="kind")
+    ]
+    AnyRule = Annotated[
+        file_model(ThreeCandidates) | file_model(FixedTilt), Field(discriminator="kind")
+    ]
+    ControllerTable = file_model(
+        TrackingGains,
+        allocator=(AnyRule, Field(description="a table with the kind of rule and its weights")),
+    )
+
+
+class SegmentTable(Table):
+    """``[[reference.segment]]``: one move from rest to rest."""
+
+    duration_s: Number = Field(gt=0.0, description=_SECONDS)
+    move_m: Vector = Field(default=[0.0, 0.0, 0.0], description="three numbers of metres")
+    rotation_axis_W: Vector = Field(default=[0.0, 0.0, 1.0], description="a unit vector")
+    rotation_angle_deg: Number = Field(default=0.0, description="a finite number of degrees")
+
+
+class Segments(Table):
+    """``[reference]`` made of minimum-jerk segments."""
+
+    kind: Literal["segments"]
+    start_position_m: Vector = Field(description="three numbers of metres")
+    start_quaternion_wxyz: Quaternion | None = Field(default=None, description=_QUATERNION)
+    segment: list[SegmentTable] = Field(min_length=1, description="one segment or more")
+
+    def start_attitude(self) -> np.ndarray:
+        """Return the attitude at the start as a (3, 3) rotation."""
+        from omnimorph.reference.rows import rotation_from_quaternion
+
+        if self.start_quaternion_wxyz is None:
+            return np.eye(3)
+        return rotation_from_quaternion(np.array(self.start_quaternion_wxyz))
+
+
+class Waypoint(Table):
+    """``[[reference.waypoint]]``: a pose at a time, where the vehicle rests."""
+
+    time_s: Number = Field(description="a number of seconds, after the waypoint before")
+    position_m: Vector = Field(description="three numbers of metres")
+    quaternion_wxyz: Quaternion | None = Field(default=None, description=_QUATERNION)
+
+
+class Waypoints(Table):
+    """``[reference]`` made of poses, at rest in each."""
+
+    kind: Literal["waypoints"]
+    waypoint: list[Waypoint] = Field(min_length=2, description="two waypoints or more")
+
+
+class Samples(Table):
+    """``[reference]`` from a CSV file of poses, through which a smooth curve is laid."""
+
+    kind: Literal["samples"]
+    file: str = Field(min_length=1, description="the name of a CSV file")
+
+
+AnyReference = Annotated[Segments | Waypoints | Samples, Field(discriminator="kind")]
+
+
+class PlantTable(Table):
+    """``[plant]``: time steps, integrator and imperfections."""
+
+    physics_step_ms: Number = Field(default=1.0, gt=0.0, description=_MILLISECONDS)
+    control_period_ms: Number = Field(default=1.0, gt=0.0, description=_MILLISECONDS)
+    integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = Field(
+        default="semi-implicit-euler", description=" or ".join(INTEGRATORS)
+    )
+    effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
+
+
+class PlantFile(Table):
+    """A plant file."""
+
+    schema_version: Literal[1] = Field(alias="schema", description="1, the version this package reads")
+    name: str = Field(min_length=1, description="a name")
+    title: str = Field(default="", description="one line of text")
+    plant: PlantTable
+
+
+class ScenarioFile(Table):
+    """A scenario file, with those it is based on already merged in."""
+
+    schema_version: Literal[1] = Field(alias="schema", description="1, the version this package reads")
+    name: str = Field(min_length=1, description="a name")
+    title: str = Field(default="", description="one line of text")
+    vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")
+    plant: str | PlantTable = Field(description="a name of the catalogue, a plant file, or a table")
+    controller: ControllerTable = Field(description="a table with the allocator and the gains")
+    reference: AnyReference = Field(description="a table with the kind of reference")
+    start_tilt_deg: Number = Field(default=0.0, description="a finite number of degrees")
+    lost_beyond_m: Number = Field(default=2.0, gt=0.0, description="a positive number of metres")

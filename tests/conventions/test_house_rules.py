@@ -1,0 +1,187 @@
+"""Small rules that keep the house readable, free and reproducible."""
+
+from __future__ import annotations
+
+import ast
+import re
+import tomllib
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PYTHON = sorted(path for room in ("src", "tests") for path in (ROOT / room).rglob("*.py"))
+CPLUSPLUS = sorted(path for kind in ("*.hpp", "*.cpp") for path in (ROOT / "core").rglob(kind))
+HEADERS = [path for path in CPLUSPLUS if ROOT / "core" / "include" in path.parents]
+LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+MOST_LINES_OF_A_FILE = 400
+MOST_LINES_OF_A_FUNCTION = 60  # without its docstring: what fits on a screen
+
+
+def shown(path: Path) -> str:
+    """Return a path as the reader of a failed test wants it: from the root of the project."""
+    return str(path.relative_to(ROOT))
+
+
+def requirement_name(text: str) -> str:
+    """Return the normalised package name at the start of a requirement."""
+    match = re.match(r"[A-Za-z0-9._-]+", text)
+    assert match is not None, text
+    return re.sub(r"[-_.]+", "-", match.group()).lower()
+
+
+def locked_names() -> list[str]:
+    """Return the packages of requirements.lock, once each."""
+    lines = re.findall(r"^[A-Za-z0-9][^\n]*", LOCK, re.MULTILINE)
+    return sorted({requirement_name(line) for line in lines})
+
+
+# --- size and words -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", PYTHON + CPLUSPLUS, ids=shown)
+def test_file_is_short_enough_to_read(path: Path) -> None:
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MOST_LINES_OF_A_FILE
+
+
+@pytest.mark.parametrize("path", PYTHON, ids=shown)
+def test_functions_fit_on_a_screen(path: Path) -> None:
+    long = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            told = node.body[0] if ast.get_docstring(node) else None
+            docstring = (told.end_lineno or 0) - told.lineno + 1 if told else 0
+            lines = (node.end_lineno or 0) - node.lineno + 1 - docstring
+            if lines > MOST_LINES_OF_A_FUNCTION:
+                long.append(f"{node.name}: {lines} lines")
+    assert long == []
+
+
+def test_verbs_of_functions() -> None:
+    """Functions are named for what they give (`build_`, `solve_`, `from_`, `as_`, a noun)."""
+    names = [
+        f"{shown(path)}: {node.name}"
+        for path in PYTHON
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef) and re.match(r"_*(get|compute)_", node.name)
+    ]
+    assert names == []
+
+
+# --- tests --------------------------------------------------------------------------------------
+
+
+def test_no_test_skips_or_pretends() -> None:
+    """No skip, no expected failure, no mock: a test runs the real thing or is not there."""
+    pretence = {"skip", "skipif", "importorskip", "xfail", "mock", "Mock", "MagicMock", "mocker"}
+    found = []
+    for path in (path for path in PYTHON if ROOT / "tests" in path.parents):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            words: set[str] = set()
+            if isinstance(node, ast.Attribute):
+                words = {node.attr}
+            elif isinstance(node, ast.ImportFrom):
+                words = {alias.name for alias in node.names} | set((node.module or "").split("."))
+            elif isinstance(node, ast.Import):
+                words = {word for alias in node.names for word in alias.name.split(".")}
+            elif isinstance(node, ast.arg):
+                words = {node.arg}
+            found += [f"{shown(path)}: {word}" for word in sorted(words & pretence)]
+    assert found == []
+
+
+# --- the core -----------------------------------------------------------------------------------
+
+
+def test_headers_are_there() -> None:
+    assert ROOT / "core" / "include" / "omnimorph" / "plant.hpp" in HEADERS
+
+
+@pytest.mark.parametrize("path", HEADERS, ids=shown)
+def test_header_depends_on_the_standard_library_and_its_neighbours_only(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert "#pragma once" in text
+    standard = re.findall(r"^\s*#\s*include\s*<([^>]+)>", text, re.MULTILINE)
+    ours = re.findall(r'^\s*#\s*include\s*"([^"]+)"', text, re.MULTILINE)
+    assert [name for name in standard if not re.fullmatch(r"[a-z_0-9]+", name)] == []
+    includes = ROOT / "core" / "include"
+    for name in ours:
+        assert (includes / name).is_file() or (path.parent / name).is_file(), name
+
+
+# --- the lock -----------------------------------------------------------------------------------
+
+
+def test_lock_names_no_index() -> None:
+    assert "://" not in LOCK
+    assert not re.search(r"^\s*(-i|-f|--(extra-)?index-url|--find-links)\b", LOCK, re.MULTILINE)
+
+
+def test_every_locked_package_is_pinned_and_hashed() -> None:
+    entries = re.split(r"\n(?=[A-Za-z0-9])", LOCK)[1:]
+    assert len(entries) > 20
+    for entry in entries:
+        first = entry.splitlines()[0]
+        assert re.match(r"[A-Za-z0-9._-]+==[^\s;]+( ; .*)? \\$", first), first
+        assert "--hash=sha256:" in entry, first
+
+
+def test_lock_covers_what_the_project_asks_for() -> None:
+    asked = [*PROJECT["project"]["dependencies"], *PROJECT["build-system"]["requires"]]
+    asked += [
+        line
+        for line in (ROOT / "requirements.in").read_text(encoding="utf-8").splitlines()
+        if line and not line.startswith("#")
+    ]
+    assert {requirement_name(line) for line in asked} - set(locked_names()) == set()
+
+
+def licence(name: str) -> str:
+    """Return what an installed package says of its licence: expression, classifiers, first line."""
+    told = metadata.metadata(name)
+    expression = told.get_all("License-Expression") or []
+    classifiers = [line for line in told.get_all("Classifier") or [] if line.startswith("License")]
+    # the field may hold the whole text, which names the licences it is compatible with
+    first_lines = [text.strip().split("\n")[0] for text in told.get_all("License") or []]
+    return " ".join([*expression, *classifiers, *first_lines])
+
+
+def test_nothing_locked_is_gpl() -> None:
+    """No package under the GPL, by name for those of this field and by what is installed."""
+    known = {"cvxopt", "pycddlib", "pypoman", "pyqt5", "pyqt6", "quadprog"}
+    assert known.isdisjoint(locked_names())
+    installed = {requirement_name(item.metadata["Name"]) for item in metadata.distributions()}
+    checked = sorted(installed & set(locked_names()))
+    assert len(checked) > 20
+    assert [name for name in checked if re.search(r"GPL|General Public", licence(name))] == []
+
+
+# --- one version, one home ----------------------------------------------------------------------
+
+
+def test_version_is_the_same_everywhere() -> None:
+    version = PROJECT["project"]["version"]
+    changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    newest = re.search(r"^## (\S+)", changelog, re.MULTILINE)
+    assert newest is not None
+    assert newest.group(1) == version
+    assert f"\nversion: {version}\n" in citation
+    assert metadata.version("omnimorph") == version
+
+
+def test_no_file_names_the_home_of_a_machine() -> None:
+    text_files = [path for path in ROOT.iterdir() if path.is_file() and path.name != ".git"]
+    for room in ("src", "core", "tests", "docs", "examples", ".ci"):
+        text_files += [path for path in (ROOT / room).rglob("*") if path.is_file()]
+    kinds = {"", ".py", ".md", ".toml", ".hpp", ".cpp", ".txt", ".lock", ".in", ".cff", ".pyi"}
+    home = re.compile(r"(?<![\w.])/(home|root|Users)/")
+    named = [
+        shown(path)
+        for path in text_files
+        if path.suffix in kinds and home.search(path.read_text("utf-8"))
+    ]
+    assert named == []

@@ -1,0 +1,74 @@
+"""The core stands alone: plain C++ programs build without Python, without a warning, and fly."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+CORE = Path(__file__).parents[2] / "core"
+PROGRAMS = sorted((CORE / "tests").glob("*.cpp"))
+HEADERS = sorted((CORE / "include").rglob("*.hpp"))
+
+STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", f"-I{CORE / 'include'}"]
+PLAIN = ["-O2", "-ffp-contract=fast", "-fno-math-errno", "-fno-trapping-math"]
+SANITISED = ["-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def run(command: list[str]) -> str:
+    """Run a command that must succeed and complain of nothing; return what it prints."""
+    # a sanitiser reports all it finds, whatever the shell this was started from asks of it
+    settings = os.environ.items()
+    environment = {name: value for name, value in settings if not name.endswith("SAN_OPTIONS")}
+    answer = subprocess.run(command, capture_output=True, text=True, env=environment)
+    assert answer.returncode == 0, answer.stdout + answer.stderr
+    assert answer.stderr == ""
+    return answer.stdout
+
+
+def compiler(name: str) -> str:
+    """Return the path of a compiler, or say how to come by it."""
+    path = shutil.which(name)
+    assert path is not None, f"{name} is missing (Debian: g++, or clang and libclang-rt-14-dev)"
+    return path
+
+
+def build_and_run(program: Path, compiler_name: str, flags: list[str], where: Path) -> str:
+    """Compile one program of core/tests and run it; return what it prints."""
+    binary = where / program.stem
+    run([compiler(compiler_name), *STRICT, *flags, str(program), "-o", str(binary)])
+    return run([str(binary)])
+
+
+def test_there_is_a_flight_without_python() -> None:
+    assert CORE / "tests" / "fly_case_a.cpp" in PROGRAMS
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_program_builds_and_runs(program: Path, tmp_path: Path) -> None:
+    assert build_and_run(program, "g++", PLAIN, tmp_path) != ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    ("compiler_name", "flags"),
+    [("clang++", PLAIN), ("g++", SANITISED), ("clang++", SANITISED)],
+    ids=["clang", "gcc-sanitised", "clang-sanitised"],
+)
+def test_program_is_clean(
+    program: Path, compiler_name: str, flags: list[str], tmp_path: Path
+) -> None:
+    assert build_and_run(program, compiler_name, flags, tmp_path) != ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("header", HEADERS, ids=lambda path: path.name)
+@pytest.mark.parametrize("compiler_name", ["g++", "clang++"])
+def test_header_compiles_on_its_own(header: Path, compiler_name: str, tmp_path: Path) -> None:
+    alone = tmp_path / "alone.cpp"
+    alone.write_text(f'#include "{header.relative_to(CORE / "include")}"\n')
+    run([compiler(compiler_name), *STRICT, "-fsyntax-only", str(alone)])

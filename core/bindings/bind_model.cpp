@@ -42,9 +42,15 @@ AnyVehicle make_vehicle(double mass, const Array& inertia, const Array& position
     return v;
 }
 
+PerRotor<double, 0> newtons() {
+    PerRotor<double, 0> one;
+    for (double& unit : one.a) unit = 1.0;
+    return one;
+}
+
 Numbers allocation_matrix(const AnyVehicle& v, const Array& tilt) {
     const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
-    const auto A = thrust_wrench_map(v).at(trig);
+    const auto A = thrust_wrench_map(v, newtons()).at(trig);
     const int n = v.n_rotors;
     std::vector<double> rows(static_cast<std::size_t>(6 * n));
     for (int r = 0; r < 6; ++r)
@@ -56,7 +62,7 @@ Numbers allocation_matrix(const AnyVehicle& v, const Array& tilt) {
 Numbers tilt_derivative(const AnyVehicle& v, const Array& thrust, const Array& tilt) {
     const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
     const auto f = per_rotor_from(thrust, v.n_rotors, "thrust");
-    const auto map = thrust_wrench_map(v);
+    const auto map = thrust_wrench_map(v, newtons());
     const int m = v.n_servos;
     std::vector<double> rows(static_cast<std::size_t>(6 * m));
     for (int i = 0; i < v.n_rotors && m > 0; ++i) {

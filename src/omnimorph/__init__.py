@@ -29,7 +29,8 @@ if TYPE_CHECKING:
     from omnimorph.simulation import effects
     from omnimorph.simulation.fly import fly
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
-    from omnimorph.simulation.scenario import Scenario, list_scenarios, load_plant, load_scenario
+    from omnimorph.simulation.scenario import Scenario
+    from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
 
 __version__ = "0.1.0"
 
@@ -53,11 +54,11 @@ _HOME = {
     "effects": "simulation.effects",
     "fly": "simulation.fly",
     "full_allocation_matrix": "model.allocation",
-    "list_scenarios": "simulation.scenario",
+    "list_scenarios": "simulation.scenario_files",
     "list_vehicles": "design.files",
-    "load_plant": "simulation.scenario",
+    "load_plant": "simulation.scenario_files",
     "load_run": "results.store",
-    "load_scenario": "simulation.scenario",
+    "load_scenario": "simulation.scenario_files",
     "load_vehicle": "design.files",
     "textbook": "textbook",
 }

@@ -40,9 +40,18 @@ inline Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& state, 
 template <class T, int N> class Allocator {
   public:
     Allocator(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
-        : vehicle_(vehicle), weights_(weights), map_(thrust_wrench_map(vehicle)) {
-        for (int i = 0; i < vehicle.n_rotors; ++i)
-            scale_[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
+        : vehicle_(vehicle), weights_(weights), scale_(thrust_scale(vehicle)), map_(thrust_wrench_map(vehicle, scale_)) {
+        for (int i = 0; i < vehicle.n_rotors; ++i) {
+            lower_[i] = vehicle.thrust_min(i) / scale_[i];
+            upper_[i] = vehicle.thrust_max(i) / scale_[i];
+            diagonal_[i] = (weights.input[i] + weights.input_change[i]) * scale_[i] * scale_[i];
+        }
+        for (int r = 0; r < 3; ++r) {
+            root_weight_[r] = square_root(weights.acceleration[r]);
+            root_weight_[3 + r] = square_root(weights.acceleration[3 + r]);
+            linear_gain_[r] = root_weight_[r] / vehicle.mass;
+            for (int c = 0; c < 3; ++c) angular_gain_[r][c] = root_weight_[3 + r] * vehicle.inertia_inverse[r][c];
+        }
     }
 
     /// The thrusts at the previous tilt.
@@ -64,25 +73,25 @@ template <class T, int N> class Allocator {
         }
     }
 
-    const WrenchMap<T, N>& map() const { return map_; }
-
   private:
-    /// What does not depend on the tilt: C = W2^½ M⁻¹ J_R and b = W2^½ (q̈_r − M⁻¹ μ).
+    static PerRotor<T, N> thrust_scale(const Vehicle<T, N>& vehicle) {
+        PerRotor<T, N> scale;
+        for (int i = 0; i < vehicle.n_rotors; ++i)
+            scale[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
+        return scale;
+    }
+
+    /// What does not depend on the tilt: W2^½ R / m, the force part of C = W2^½ M⁻¹ J_R, and b = W2^½ (q̈_r − M⁻¹ μ).
     struct Target {
-        Mat3<T> force, torque;
+        Mat3<T> force_gain;
         Vec6<T> b, wrench_asked;
         Target(const Allocator& a, const Motion<T>& state, const Vec6<T>& acceleration) {
             const Vec3<T> gyroscopic = a.vehicle_.inertia_inverse * cross(state.w, a.vehicle_.inertia * state.w);
             wrench_asked = wrench_for(a.vehicle_, state, acceleration);
             for (int r = 0; r < 3; ++r) {
-                const T linear_weight = square_root(a.weights_.acceleration[r]);
-                const T angular_weight = square_root(a.weights_.acceleration[3 + r]);
-                for (int c = 0; c < 3; ++c) {
-                    force[r][c] = linear_weight * state.R[r][c] / a.vehicle_.mass;
-                    torque[r][c] = angular_weight * a.vehicle_.inertia_inverse[r][c];
-                }
-                b[r] = linear_weight * (acceleration[r] + T(r == 2 ? gravity : 0));
-                b[3 + r] = angular_weight * (acceleration[3 + r] + gyroscopic[r]);
+                for (int c = 0; c < 3; ++c) force_gain[r][c] = a.linear_gain_[r] * state.R[r][c];
+                b[r] = a.root_weight_[r] * (acceleration[r] + T(r == 2 ? gravity : 0));
+                b[3 + r] = a.root_weight_[3 + r] * (acceleration[3 + r] + gyroscopic[r]);
             }
         }
     };
@@ -101,19 +110,20 @@ template <class T, int N> class Allocator {
         Solved<U> s;
         U trace = U(0);
         for (int i = 0; i < n; ++i) {
-            const T diagonal = (weights_.input[i] + weights_.input_change[i]) * scale_[i] * scale_[i];
+#pragma GCC unroll 8
             for (int j = 0; j <= i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]);
-            qp.H[i][i] += U(diagonal);
+            qp.H[i][i] += U(diagonal_[i]);
             trace += qp.H[i][i];
             qp.g[i] = U(-scale_[i] * weights_.input_change[i] * previous.command.thrust[i]);
             for (int r = 0; r < 6; ++r) qp.g[i] -= G.column[i][r] * U(target.b[r]);
-            qp.lower[i] = U(vehicle_.thrust_min(i) / scale_[i]);
-            qp.upper[i] = U(vehicle_.thrust_max(i) / scale_[i]);
+            qp.lower[i] = U(lower_[i]);
+            qp.upper[i] = U(upper_[i]);
             s.qp.active[i] = U(previous.active[i]);
         }
         const U unit = U(int(n)) / trace;
         for (int i = 0; i < n; ++i) {
             qp.g[i] *= unit;
+#pragma GCC unroll 8
             for (int j = 0; j <= i; ++j) qp.H[j][i] = qp.H[i][j] = qp.H[i][j] * unit;
         }
         solve(qp, s.qp);
@@ -123,17 +133,12 @@ template <class T, int N> class Allocator {
 
     /// G = C A(α) f_scale
     template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
+        const Mat3<U> force_gain = cast<U>(target.force_gain), torque_gain = cast<U>(angular_gain_);
         WrenchMatrix<U, N> G;
-        for (int i = 0; i < vehicle_.n_rotors; ++i)
-            for (int r = 0; r < 3; ++r) {
-                U force = U(0), torque = U(0);
-                for (int c = 0; c < 3; ++c) {
-                    force += U(target.force[r][c] * scale_[i]) * A.column[i][c];
-                    torque += U(target.torque[r][c] * scale_[i]) * A.column[i][3 + c];
-                }
-                G.column[i][r] = force;
-                G.column[i][3 + r] = torque;
-            }
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            const Vec3<U> force = force_gain * force_of(A.column[i]), torque = torque_gain * torque_of(A.column[i]);
+            G.column[i] = {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
+        }
         return G;
     }
 
@@ -211,8 +216,13 @@ template <class T, int N> class Allocator {
 
     Vehicle<T, N> vehicle_;
     AllocationWeights<T, N> weights_;
-    WrenchMap<T, N> map_;
-    PerRotor<T, N> scale_;
+    PerRotor<T, N> scale_;             // f_scale, the larger limit of each rotor
+    WrenchMap<T, N> map_;              // A f_scale
+    PerRotor<T, N> lower_, upper_;     // limits of x
+    PerRotor<T, N> diagonal_;          // (W1 + W3) f_scale²
+    Vec6<T> root_weight_;              // W2^½
+    Vec3<T> linear_gain_;              // W2^½ / m
+    Mat3<T> angular_gain_;             // W2^½ J⁻¹
 };
 
 }  // namespace omnimorph

@@ -33,39 +33,68 @@ inline constexpr double tolerance = 1e-13;
 inline constexpr int block_exchanges_without_progress = 4;
 inline constexpr int most_iterations = 400;
 
-/// x on the active set: bounds where active, the minimiser over the rest elsewhere.
-template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
-    PerRotor<PerRotor<T, N>, N> L;  // unit lower triangle, and D^-1 on its diagonal
+/// H with the rows and columns of the active set taken out (those of the identity put in), and the right side that
+/// leaves for the free variables; for an active one its bound.
+template <class T, int N> struct FreeSystem {
+    PerRotor<PerRotor<T, N>, N> K;  // its lower triangle; LDL' overwrites it: L below the diagonal, D⁻¹ on it
     PerRotor<T, N> y;
-    PerRotor<Mask<T>, N> free;
-    for (int i = 0; i < qp.n; ++i) {
-        free[i] = s.active[i] == T(0);
-        s.x[i] = select(free[i], T(0), select(s.active[i] < T(0), qp.lower[i], qp.upper[i]));
-    }
-    for (int i = 0; i < qp.n; ++i) {
-        T right_side = -qp.g[i];
-        for (int j = 0; j < qp.n; ++j) right_side -= qp.H[i][j] * s.x[j];
-        y[i] = select(free[i], right_side, s.x[i]);
-    }
-    for (int j = 0; j < qp.n; ++j) {
-        T column[N > 0 ? N : most_rotors];
-        for (int i = j; i < qp.n; ++i) {
-            const T identity = T(i == j ? 1 : 0);
-            column[i] = select(both(free[i], free[j]), qp.H[i][j], identity);
-            for (int k = 0; k < j; ++k) column[i] -= L[i][k] * L[k][j];
+
+    FreeSystem(const BoxQp<T, N>& qp, const PerRotor<T, N>& active) {
+        Mask<T> any_active = T(0) < T(0);
+        for (int i = 0; i < qp.n; ++i) {
+            any_active = either(any_active, opposite(active[i] == T(0)));
+            y[i] = -qp.g[i];
         }
-        const T inverse_pivot = T(1) / column[j];
-        L[j][j] = inverse_pivot;
-        for (int i = j + 1; i < qp.n; ++i) {
-            L[j][i] = column[i];  // D L' above the diagonal spares a second product
-            L[i][j] = column[i] * inverse_pivot;
-            y[i] -= L[i][j] * y[j];
+        K = qp.H;
+        if (any(any_active)) take_out(qp, active);
+    }
+
+    void take_out(const BoxQp<T, N>& qp, const PerRotor<T, N>& active) {
+        PerRotor<Mask<T>, N> free;
+        PerRotor<T, N> bound;
+        for (int i = 0; i < qp.n; ++i) {
+            free[i] = active[i] == T(0);
+            bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
+        }
+        for (int i = 0; i < qp.n; ++i) {
+            for (int j = 0; j < qp.n; ++j) y[i] -= qp.H[i][j] * bound[j];
+            y[i] = select(free[i], y[i], bound[i]);
+            for (int j = 0; j <= i; ++j) K[i][j] = select(both(free[i], free[j]), K[i][j], T(i == j ? 1 : 0));
         }
     }
-    for (int i = int(qp.n) - 1; i >= 0; --i) {
-        T x = y[i] * L[i][i];
-        for (int j = i + 1; j < qp.n; ++j) x -= L[j][i] * s.x[j];
-        s.x[i] = x;
+};
+
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere. The factorisation works to the right
+/// and the substitutions by columns, so that as little as possible waits for the result before; unrolled, because the
+/// compilers leave triangular loops rolled and the time goes here.
+template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+    const int n = qp.n;
+    FreeSystem<T, N> system(qp, s.active);
+    auto& K = system.K;
+    auto& y = system.y;
+#pragma GCC unroll 8
+    for (int j = 0; j < n; ++j) {
+        const T inverse_pivot = T(1) / K[j][j];
+        K[j][j] = inverse_pivot;
+        PerRotor<T, N> column;
+#pragma GCC unroll 8
+        for (int i = j + 1; i < n; ++i) {
+            column[i] = K[i][j];
+            K[i][j] = column[i] * inverse_pivot;
+            y[i] -= K[i][j] * y[j];
+        }
+#pragma GCC unroll 8
+        for (int i = j + 1; i < n; ++i)
+#pragma GCC unroll 8
+            for (int k = j + 1; k <= i; ++k) K[i][k] -= K[i][j] * column[k];
+    }
+#pragma GCC unroll 8
+    for (int i = 0; i < n; ++i) y[i] = y[i] * K[i][i];
+#pragma GCC unroll 8
+    for (int j = n - 1; j >= 0; --j) {
+        s.x[j] = y[j];
+#pragma GCC unroll 8
+        for (int i = 0; i < j; ++i) y[i] -= K[j][i] * y[j];
     }
 }
 

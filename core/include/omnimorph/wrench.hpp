@@ -60,9 +60,10 @@ template <class T, int N> struct WrenchMap {
     /// A(alpha); U is T, or a pack of tilts for one vehicle.
     template <class U> WrenchMatrix<U, N> at(const TiltTrigonometry<U>& trig) const {
         WrenchMatrix<U, N> A;
-        for (int i = 0; i < n; ++i)
-            for (int r = 0; r < 6; ++r)
-                A.column[i][r] = U(constant[i][r]) + U(cosine[i][r]) * trig.cosine[servo[i]] + U(sine[i][r]) * trig.sine[servo[i]];
+        for (int i = 0; i < n; ++i) {
+            const U c = trig.cosine[servo[i]], s = trig.sine[servo[i]];
+            for (int r = 0; r < 6; ++r) A.column[i][r] = U(constant[i][r]) + U(cosine[i][r]) * c + U(sine[i][r]) * s;
+        }
         return A;
     }
 
@@ -72,14 +73,11 @@ template <class T, int N> struct WrenchMap {
     }
 };
 
-/// The map of thrusts in N, A(alpha) of the paper.
-template <class T, int N> inline WrenchMap<T, N> thrust_wrench_map(const Vehicle<T, N>& vehicle) {
-    PerRotor<T, N> one, kappa;
-    for (int i = 0; i < vehicle.n_rotors; ++i) {
-        one[i] = T(1);
-        kappa[i] = vehicle.kappa(i);
-    }
-    return WrenchMap<T, N>(vehicle, one, kappa);
+/// The map of thrusts, each in a unit of its own, in N; with units of 1 N it is A(alpha) of the paper.
+template <class T, int N> inline WrenchMap<T, N> thrust_wrench_map(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& unit) {
+    PerRotor<T, N> drag;
+    for (int i = 0; i < vehicle.n_rotors; ++i) drag[i] = vehicle.kappa(i) * unit[i];
+    return WrenchMap<T, N>(vehicle, unit, drag);
 }
 
 /// A u

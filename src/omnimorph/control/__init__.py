@@ -1,1 +1,1 @@
-"""What to command: pose tracking (`tracking`), allocation (`allocators`) and both (`controller`)."""
+"""What to command: pose tracking (`tracking`), allocation (`allocators`), both (`controller`)."""

@@ -122,5 +122,5 @@ class PoseController:
         return self._controller.step(state, desired)
 
     def allocate(self, acceleration: FloatArray, state: State) -> Allocation:
-        """Return the allocation for a (6,) acceleration (m/s² in W, rad/s² in B), as `step` does."""
+        """Return the allocation for a (6,) acceleration, m/s² in W and rad/s² in B."""
         return self._controller.allocate(state_row(*state), acceleration)

@@ -109,7 +109,7 @@ def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
     """Build the pydantic model of a record as it stands in a file.
 
     The model has one field for each of the record's, named with its unit, and `others`, fields that
-    stand in the same table; without any, a field ``kind`` tells the record from others in its place.
+    stand in the same table; without any, a field ``kind`` tells the record from its alternatives.
     """
     from pydantic import ConfigDict, Field, create_model
 
@@ -122,8 +122,8 @@ def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
         annotation = annotation if missing else annotation | None
         fields[_key(field)] = (annotation, described)
     settings = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-    name = record.__name__
-    return create_model(name, __config__=settings, __validators__=_validators(record), **fields)
+    checks = _validators(record)
+    return create_model(record.__name__, __config__=settings, __validators__=checks, **fields)
 
 
 def _as_lists(annotation: Any) -> Any:
@@ -136,7 +136,7 @@ def _as_lists(annotation: Any) -> Any:
     return annotation
 
 
-def _validators(record: type[Record]) -> Mapping[str, Any]:
+def _validators(record: type[Record]) -> dict[str, Any]:
     from pydantic import field_validator
 
     validators: dict[str, Any] = {}

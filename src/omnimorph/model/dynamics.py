@@ -62,7 +62,8 @@ def hover_thrust(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
 
     lift = float(allocation_matrix(vehicle, tilt)[2].sum())
     equal = vehicle.mass * GRAVITY / lift if abs(lift) > 1e-9 else 0.0
-    return np.clip(np.full(vehicle.n_rotors, equal), vehicle.thrust_min, vehicle.thrust_max)
+    thrust: FloatArray = np.full(vehicle.n_rotors, equal)
+    return thrust.clip(vehicle.thrust_min, vehicle.thrust_max)
 
 
 def rotation_exponential(phi: ArrayLike) -> FloatArray:

@@ -1,1 +1,1 @@
-"""Fly: scenarios (`scenario`), the plant and its imperfections (`plant`, `effects`), the loop (`fly`)."""
+"""Fly: scenarios (`scenario`), the plant (`plant`, `effects`) and the loop (`fly`)."""

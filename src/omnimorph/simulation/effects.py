@@ -2,11 +2,11 @@
 
 ::
 
-    PlantModel(effects=(RotorLag(up=0.020), MeasurementNoise(position=1e-3), Effectiveness(share=0.65)))
+    PlantModel(effects=(RotorLag(up=0.020), Effectiveness(share=0.65)))
 
 Each is a small frozen record in SI; left out, a parameter is the vehicle's own. In files an effect
-is a table with its kind: ``{kind = "rotor-lag", up_ms = 20}``. The arithmetic of each is in a header
-of the same name in ``core/include/omnimorph/effects/``.
+is a table with its kind: ``{kind = "rotor-lag", up_ms = 20}``. The arithmetic of each is in
+``core/include/omnimorph/effects/``.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Effect(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class CommandDelay(Effect):
-    """A command reaches the actuators `time` (s, a multiple of the physics step) after it is sent."""
+    """A command reaches the actuators `time` (s, a multiple of the physics step) late."""
 
     kind: ClassVar[str] = "command-delay"
     time: float = quantity("ms", _TIME, at_least=0.0)
@@ -136,8 +136,8 @@ class SpeedLimits(Effect):
 class DeadBand(Effect):
     """A rotor cannot turn slower than its dead band, and stops before it reverses.
 
-    A command inside gives the nearer of rest and ±`smallest`; a command against the present rotation
-    brakes the rotor, holds it at rest for `reversal_time`, then lets it start the other way.
+    A command inside gives the nearer of rest and ±`smallest`; a command against the present
+    rotation brakes the rotor, holds it at rest for `reversal_time`, then lets it start again.
 
     Attributes
     ----------
@@ -214,7 +214,11 @@ class ServoLag(Effect):
     def add_to(self, plant: PlantBuild) -> None:
         """Set the time constant of every servo."""
         own = self.time_constant is None
-        tau = plant.vehicle.servo_time_constant if own else np.full(plant.vehicle.n_servos, self.time_constant)
+        tau = (
+            plant.vehicle.servo_time_constant
+            if own
+            else np.full(plant.vehicle.n_servos, self.time_constant)
+        )
         plant.settings.add_servo_lag(tau)
 
 
@@ -337,8 +341,8 @@ class WrenchProfile(Effect):
 class RotorMomentum(Effect):
     """The spinning rotors carry angular momentum, H = Σ I_i k_i w_i z_i in B.
 
-    From d(Jω + H)/dt = τ − ω × (Jω + H) follow the gyroscopic torque −ω × H, the reaction to spinning
-    up −Σ I k ẇ z and the torque of tilting a spinning rotor −Σ I k w ∂z/∂α α̇.
+    From d(Jω + H)/dt = τ − ω × (Jω + H) follow the gyroscopic torque −ω × H, the reaction to
+    spinning up −Σ I k ẇ z, and that to tilting a spinning rotor −Σ I k w ∂z/∂α α̇.
     """
 
     kind: ClassVar[str] = "rotor-momentum"

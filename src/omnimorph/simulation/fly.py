@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from omnimorph.protocols import (
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.plant import as_state, control_steps
-from omnimorph.simulation.scenario import Scenario, load_plant
+from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["fly", "measurement_noise"]
 
@@ -91,8 +91,12 @@ def fly(
     ('COMPLETED', True)
     """
     if controller is not None and allocator is not None:
-        raise ScenarioError("fly takes a controller or an allocator, not both: a controller allocates.")
+        raise ScenarioError(
+            "fly takes a controller or an allocator, not both: a controller allocates."
+        )
     if plant is not None:
+        from omnimorph.simulation.scenario_files import load_plant
+
         scenario = replace(scenario, plant=load_plant(plant))
     if reference is not None:
         scenario = replace(scenario, reference=reference)
@@ -228,7 +232,9 @@ class _Loop:
     def _send(self, decision: _Decision) -> None:
         thrust, tilt = decision.command
         vehicle = self.scenario.vehicle
-        active = (thrust >= vehicle.thrust_max) * 1.0 - (thrust <= vehicle.thrust_min)
+        active: FloatArray = np.zeros(vehicle.n_rotors)
+        active[thrust >= vehicle.thrust_max] = 1.0
+        active[thrust <= vehicle.thrust_min] = -1.0
         self.core.decide(thrust, tilt, active, decision.wrench_asked, np.nan)
 
     def _report(self, progress: Progress | None) -> None:
@@ -241,7 +247,7 @@ class _Loop:
         scenario = self.scenario
         plant = scenario.plant
         rows = self.core.step + 1 if outcome is not Outcome.NOT_FINITE else max(self.core.step, 1)
-        time = np.arange(rows) * plant.physics_step
+        time = np.arange(rows, dtype=np.float64) * plant.physics_step
         return Run(
             time=time,
             **{name: column[:rows] for name, column in self.columns.items()},
@@ -264,7 +270,7 @@ class _Loop:
         )
 
 
-def _empty_columns(rows: int, n: int, m: int) -> dict[str, FloatArray]:
+def _empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
     sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
     return {
         column.name: np.empty(

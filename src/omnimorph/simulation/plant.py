@@ -1,4 +1,4 @@
-"""The plant: what it is made of (`PlantModel`), and one that is flown step by step (`SimulatedPlant`).
+"""The plant: what it is made of (`PlantModel`), and one to fly step by step (`SimulatedPlant`).
 
 Within a physics step the actuators move first, then the body: with semi-implicit Euler the new
 actuators give the wrench, the new velocities give the pose; Runge and Kutta's rule takes the

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from dataclasses import dataclass, field
-from importlib import resources
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.documents import catalogue_names
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
@@ -23,7 +20,7 @@ from omnimorph.simulation.plant import PlantModel
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
 
-__all__ = ["Scenario", "list_plants", "list_scenarios", "load_plant", "load_scenario"]
+__all__ = ["Scenario"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,7 +67,9 @@ class Scenario:
         tilt = self.tilt
         vehicle = self.vehicle
         slack = 1e-9
-        inside = (tilt >= vehicle.servo_angle_min - slack) & (tilt <= vehicle.servo_angle_max + slack)
+        inside = (tilt >= vehicle.servo_angle_min - slack) & (
+            tilt <= vehicle.servo_angle_max + slack
+        )
         if not inside.all():
             limits = zip(vehicle.servo_angle_min, vehicle.servo_angle_max, strict=True)
             shown = ", ".join(f"{math.degrees(a):g} to {math.degrees(b):g}" for a, b in limits)
@@ -105,49 +104,3 @@ def plant_content(plant: PlantModel) -> dict[str, Any]:
     content = plant.as_file()
     content["effects"] = [effect.as_file() for effect in plant.effects]
     return content
-
-
-def list_scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the package, sorted."""
-    return catalogue_names(resources.files("omnimorph.simulation") / "scenarios")
-
-
-def list_plants() -> list[str]:
-    """Return the names of the plants that come with the package, sorted."""
-    return catalogue_names(resources.files("omnimorph.simulation") / "plants")
-
-
-def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
-    """Load a scenario of the catalogue, or from a TOML file.
-
-    Parameters
-    ----------
-    name_or_path : str or path
-        A name of `list_scenarios`, which goes first, or the path of a file.
-
-    Returns
-    -------
-    Scenario
-        Checked, in SI.
-
-    Raises
-    ------
-    ScenarioError
-        If there is no such scenario, or its file cannot be read or describes none; one sentence
-        with the file, the key, the value and what is allowed.
-
-    Examples
-    --------
-    >>> load_scenario("paper-case-a").reference.duration
-    45.0
-    """
-    from omnimorph.simulation.scenario_files import read_scenario
-
-    return read_scenario(name_or_path)
-
-
-def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
-    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file."""
-    from omnimorph.simulation.scenario_files import read_plant
-
-    return read_plant(name_or_path)

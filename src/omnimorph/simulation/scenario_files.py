@@ -24,13 +24,20 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from omnimorph.control.allocators import AllocationRule, FixedTilt, ThreeCandidates
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.documents import check_document, find_document, parse_toml
+from omnimorph.design.documents import (
+    catalogue_names,
+    check_document,
+    find_document,
+    parse_toml,
+)
 from omnimorph.design.files import load_vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
 from omnimorph.protocols import Reference
@@ -42,22 +49,55 @@ from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.units import to_SI
 
-__all__ = ["read_plant", "read_scenario"]
+__all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
 
 Document = dict[str, Any]
+Built = TypeVar("Built")
 _RULES: dict[str, type[AllocationRule]] = {rule.kind: rule for rule in (ThreeCandidates, FixedTilt)}
 _EFFECTS = {effect.kind: effect for effect in EFFECTS}
 _MOST_BASES = 8
 
 
-def read_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
-    """Read a scenario of the catalogue or from a file; see `load_scenario`."""
+def list_scenarios() -> list[str]:
+    """Return the names of the scenarios that come with the package, sorted."""
+    return catalogue_names(_folder("scenarios"))
+
+
+def list_plants() -> list[str]:
+    """Return the names of the plants that come with the package, sorted."""
+    return catalogue_names(_folder("plants"))
+
+
+def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
+    """Load a scenario of the catalogue, or from a TOML file.
+
+    Parameters
+    ----------
+    name_or_path : str or path
+        A name of `list_scenarios`, which goes first, or the path of a file.
+
+    Returns
+    -------
+    Scenario
+        Checked, in SI.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such scenario, or its file cannot be read or describes none; one sentence
+        with the file, the key, the value and what is allowed.
+
+    Examples
+    --------
+    >>> load_scenario("paper-case-a").reference.duration
+    45.0
+    """
     document, file = _with_bases(name_or_path, [])
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = load_vehicle(_beside(content.vehicle, folder))
     if isinstance(content.plant, str):
-        plant = read_plant(_beside(content.plant, folder))
+        plant = load_plant(_beside(content.plant, folder))
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
     gains = TrackingGains.from_file(content.controller)
@@ -80,19 +120,27 @@ def read_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     )
 
 
-def read_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
-    """Read a plant of the catalogue or from a file; see `load_plant`."""
-    catalogue = resources.files("omnimorph.simulation") / "plants"
-    file, text = find_document(name_or_path, catalogue, "plant", ScenarioError)
+def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
+    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file.
+
+    Raises
+    ------
+    ScenarioError
+        As `load_scenario` does.
+    """
+    file, text = find_document(name_or_path, _folder("plants"), "plant", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     content = check_document(schema.PlantFile, document, file, ScenarioError)
     return _named(file, lambda: _plant_from(content.plant, content.name))
 
 
+def _folder(name: str) -> Traversable:
+    return resources.files("omnimorph.simulation") / name
+
+
 def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple[Document, str]:
     """Return a scenario's document laid over those it is based on, and its file."""
-    catalogue = resources.files("omnimorph.simulation") / "scenarios"
-    file, text = find_document(name_or_path, catalogue, "scenario", ScenarioError)
+    file, text = find_document(name_or_path, _folder("scenarios"), "scenario", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     base = document.pop("base", None)
     if base is None:
@@ -115,9 +163,11 @@ def _laid_over(upper: Document, lower: Document) -> Document:
     joined = dict(lower)
     for key, value in upper.items():
         old = lower.get(key)
-        both = isinstance(value, dict) and isinstance(old, dict)
-        same_kind = both and value.get("kind", old.get("kind")) == old.get("kind")
-        joined[key] = _laid_over(value, old) if both and same_kind else value
+        if isinstance(value, dict) and isinstance(old, dict):
+            same_kind = value.get("kind", old.get("kind")) == old.get("kind")
+            joined[key] = _laid_over(value, old) if same_kind else value
+        else:
+            joined[key] = value
     return joined
 
 
@@ -162,7 +212,7 @@ def _reference_from(content: Any, folder: Path) -> Reference:
     return SegmentReference(content.start_position_m, content.start_attitude(), segments)
 
 
-def _named(file: str, build: Any) -> Any:
+def _named(file: str, build: Callable[[], Built]) -> Built:
     """Build something of a file's content; what it refuses is told with the file's name."""
     try:
         return build()
@@ -170,5 +220,9 @@ def _named(file: str, build: Any) -> Any:
         if str(refused).startswith(file):
             raise
         raise ScenarioError(
-            f"{file}: {refused}", file=file, key=refused.key, value=refused.value, allowed=refused.allowed
+            f"{file}: {refused}",
+            file=file,
+            key=refused.key,
+            value=refused.value,
+            allowed=refused.allowed,
         ) from None

@@ -110,7 +110,9 @@ class PlantTable(Table):
 class PlantFile(Table):
     """A plant file."""
 
-    schema_version: Literal[1] = Field(alias="schema", description="1, the version this package reads")
+    schema_version: Literal[1] = Field(
+        alias="schema", description="1, the version this package reads"
+    )
     name: str = Field(min_length=1, description="a name")
     title: str = Field(default="", description="one line of text")
     plant: PlantTable
@@ -119,7 +121,9 @@ class PlantFile(Table):
 class ScenarioFile(Table):
     """A scenario file, with those it is based on already merged in."""
 
-    schema_version: Literal[1] = Field(alias="schema", description="1, the version this package reads")
+    schema_version: Literal[1] = Field(
+        alias="schema", description="1, the version this package reads"
+    )
     name: str = Field(min_length=1, description="a name")
     title: str = Field(default="", description="one line of text")
     vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")

@@ -24,7 +24,7 @@ KEYS = """
     attitude_error_max_rad attitude_error_paper drag_energy_J drag_energy_paper
     acceleration_energy_J acceleration_energy_paper tilt_mean_deg tilt_max_deg tilt_min_deg
     saturated_share speed_max_Hz power_mean_W kkt_residual_max duration_s outcome
-""".split()
+"""
 
 
 def resting_run(rows: int, vehicle: Vehicle = OMNIMORPH, **changes: Any) -> Run:
@@ -32,7 +32,7 @@ def resting_run(rows: int, vehicle: Vehicle = OMNIMORPH, **changes: Any) -> Run:
     n, m = vehicle.n_rotors, vehicle.n_servos
     upright = np.tile(np.eye(3), (rows, 1, 1))
     columns: dict[str, Any] = {"time": STEP * np.arange(rows), "active": np.zeros((rows, n))}
-    columns |= {name: upright for name in ("R_WB", "desired_R_WB")}
+    columns |= {"R_WB": upright, "desired_R_WB": upright}
     columns |= {name: np.zeros(rows) for name in ("cost", "kkt_residual")}
     columns |= {name: np.zeros((rows, n)) for name in ("thrust", "speed")}
     columns |= {name: np.zeros((rows, m)) for name in ("tilt", "tilt_command")}
@@ -181,7 +181,8 @@ def test_a_diverged_flight_is_measured_as_far_as_it_is_finite(column: str) -> No
     values = np.array(getattr(flown, column))
     values[60:] = np.nan
     values[80:] = np.inf
-    diverged = dataclasses.replace(flown, outcome=Outcome.DIVERGED, **{column: values})
+    changes: Any = {"outcome": Outcome.DIVERGED, column: values}
+    diverged = dataclasses.replace(flown, **changes)
     cut = resting_run(60, speed=np.full((60, 8), 500.0), p_WB=np.full((60, 3), 0.1))
     expected = dataclasses.replace(cut.metrics, outcome="diverged")
     assert diverged.metrics == expected
@@ -220,7 +221,7 @@ def test_json_has_the_promised_keys(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["metrics.json"]
     text = (tmp_path / "metrics.json").read_text(encoding="utf-8")
     values = json.loads(text)
-    assert list(values) == KEYS == [field.name for field in dataclasses.fields(Metrics)]
+    assert list(values) == KEYS.split() == [field.name for field in dataclasses.fields(Metrics)]
     assert values["outcome"] == "completed"
     assert values["power_mean_W"] is None
     assert "NaN" not in text

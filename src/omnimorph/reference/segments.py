@@ -107,8 +107,8 @@ class SegmentReference:
     Examples
     --------
     >>> up = SegmentReference((0.0, 0.0, 1.2), np.eye(3), [Segment(3.0, move_W=(0.0, 0.0, 0.8))])
-    >>> up.duration, round(up(1.5).p_WB[2], 6), round(up(1.5).v_WB[2], 6)  # half way: 15/8 d/T
-    (3.0, 1.6, 0.5)
+    >>> up(1.5).p_WB.round(6).tolist(), up(1.5).v_WB.round(6).tolist()  # half way: v = 15/8 d/T
+    ([0.0, 0.0, 1.6], [0.0, 0.0, 0.5])
     """
 
     start_p_WB: FloatArray

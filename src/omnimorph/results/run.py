@@ -75,10 +75,23 @@ class Provenance:
             value = getattr(self, name)
             if not (isinstance(value, int) and 0 <= value < 2**64):
                 raise InputError.at("provenance", name, value, "an integer from 0 to 2**64 - 1")
+        for name in _TEXTS:
+            if not _can_be_stored(getattr(self, name)):
+                allowed = "text of Unicode characters without a null"
+                raise InputError.at("provenance", name, getattr(self, name), allowed)
         for name in ("control_period", "physics_step"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise InputError.at("provenance", name, value, "a positive number of seconds")
+
+
+_TEXTS = ("scenario_name", "scenario_text", "vehicle_text", "plant_name", "version")
+
+
+def _can_be_stored(text: object) -> bool:
+    if not isinstance(text, str) or "\0" in text:
+        return False
+    return not any("\ud800" <= character <= "\udfff" for character in text)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,6 +17,7 @@ import hashlib
 import io
 import json
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ SCHEMA_VERSION = 1
 """Grows when the meaning of a file changes; older files stay readable."""
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_LONGEST_FIXED_TEXT = 32_000  # bytes; HDF5 keeps no more than 64 KiB beside an object
 _AXES = ["x", "y", "z"]
 _WRENCH = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"]
 # Attribute of the file -> field of the provenance; only files and displays carry units in names.
@@ -52,15 +54,19 @@ _ATTRIBUTES = {
 def hash_content(run: Run) -> str:
     """Return the SHA-256 of a run's columns, outcome and provenance, as hexadecimal text.
 
-    Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in UTF-8; performance, and
+    Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in ASCII; performance, and
     a hash the provenance may hold, do not enter.
     """
-    provenance = dataclasses.asdict(run.provenance)
-    del provenance["content_hash"]
-    record = {"schema": SCHEMA, "outcome": run.outcome.name, "provenance": provenance}
+    return _hash(vars(run), run.outcome, run.provenance)
+
+
+def _hash(columns: Mapping[str, Any], outcome: Outcome, provenance: Provenance) -> str:
+    told = dataclasses.asdict(provenance)
+    del told["content_hash"]
+    record = {"schema": SCHEMA, "outcome": outcome.name, "provenance": told}
     digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
     for name in ("time", *(column.name for column in COLUMNS)):
-        array = _stored(getattr(run, name))
+        array = _stored(columns[name])
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.reshape(-1).view(np.uint8))
     return digest.hexdigest()
@@ -76,7 +82,7 @@ def save_run(run: Run, path: str | Path, *, compression: int = 0) -> None:
         try:
             with h5py.File(output, "w", track_order=True) as file:
                 _write(file, run, compression)
-        except (OSError, RuntimeError):
+        except Exception:  # what HDF5 makes of a file that does not hold what it wrote
             if output.failure is None:
                 raise
         if output.failure is not None:
@@ -118,7 +124,7 @@ class _OutputFile(io.FileIO):
 
     def __init__(self, path: Path) -> None:
         super().__init__(os.fspath(path), "w+")
-        self.failure: OSError | None = None
+        self.failure: BaseException | None = None
 
     def write(self, data: Any) -> int:
         view = memoryview(data).cast("B")
@@ -126,7 +132,7 @@ class _OutputFile(io.FileIO):
         try:
             while self.failure is None and done < len(view):
                 done += super().write(view[done:])
-        except OSError as error:
+        except BaseException as error:  # HDF5 would lose an interrupt, too
             self.failure = error
         return len(view)
 
@@ -134,7 +140,7 @@ class _OutputFile(io.FileIO):
         try:
             if self.failure is None:
                 return super().truncate(size)
-        except OSError as error:
+        except BaseException as error:
             self.failure = error
         return size or 0
 
@@ -146,7 +152,8 @@ def _write(file: Any, run: Run, compression: int) -> None:
     file.attrs["outcome"] = _text(run.outcome.name.lower())
     file.attrs["outcome_sentence"] = _text(run.outcome.value)
     for attribute, name in _ATTRIBUTES.items():
-        file.attrs[attribute] = getattr(run.provenance, name)
+        value = getattr(run.provenance, name)
+        file.attrs[attribute] = _text(value) if isinstance(value, str) else value
     file.attrs["content_hash"] = _text(run.content_hash)
     scales = _add_dimensions(file, run)
     for column in COLUMNS:
@@ -208,47 +215,63 @@ def _read_hdf5(path: str | Path, file: Any) -> Run:
 
     try:
         with h5py.File(file, "r") as hdf5:
-            run = _read(path, hdf5)
+            return _read(path, hdf5)
     except OmnimorphError:
         raise
     except Exception as error:  # h5py passes on a broken file as nearly any exception
-        told = " ".join(str(error).split()) or type(error).__name__
+        told = " ".join(str(error).split()).strip("'\"") or type(error).__name__
         raise _unreadable(path, f"it is cut off or damaged ({told})") from error
-    if run.content_hash != run.provenance.content_hash:
-        raise _unreadable(path, "its content does not match its hash: it was changed or damaged")
-    return run
 
 
 def _read(path: str | Path, file: Any) -> Run:
     from omnimorph.design.files import parse_vehicle
 
     _check_schema(path, file.attrs)
-    provenance = {name: _attribute(path, file, key) for key, name in _ATTRIBUTES.items()}
-    provenance["content_hash"] = _attribute(path, file, "content_hash")
+    told = {name: _attribute(path, file, key) for key, name in _ATTRIBUTES.items()}
+    told["content_hash"] = _attribute(path, file, "content_hash")
+    outcome = _outcome(path, file)
+    columns = _columns(path, file)
+    try:
+        provenance = Provenance(**told)
+        if _hash(columns, outcome, provenance) != provenance.content_hash:
+            raise _unreadable(path, "its content does not match its hash: changed or damaged")
+        return Run(
+            **columns,
+            outcome=outcome,
+            vehicle=parse_vehicle(provenance.vehicle_text, f"{path}: vehicle"),
+            provenance=provenance,
+            performance=_performance(file),
+        )
+    except RunFileError:
+        raise
+    except InputError as error:
+        raise _unreadable(path, f"it does not hold a run ({str(error).rstrip('.')})") from error
+
+
+def _columns(path: str | Path, file: Any) -> dict[str, Any]:
     columns = {"time": _column(path, file, "time")}
     for column in COLUMNS:
         if "servo" in column.dims and "servo" not in file:
             columns[column.name] = np.zeros((len(columns["time"]), 0))
         else:
             columns[column.name] = _column(path, file, column.name)
-    outcome = str(_attribute(path, file, "outcome")).upper()
-    if outcome not in Outcome.__members__:
+    return columns
+
+
+def _outcome(path: str | Path, file: Any) -> Outcome:
+    name = str(_attribute(path, file, "outcome"))
+    if name.upper() not in Outcome.__members__:
         allowed = f"one of {', '.join(Outcome.__members__).lower()}"
-        raise RunFileError.at(path, "outcome", outcome.lower(), allowed)
-    performance = file["performance"].attrs if "performance" in file else {}
-    try:
-        return Run(
-            **columns,
-            outcome=Outcome[outcome],
-            vehicle=parse_vehicle(provenance["vehicle_text"], f"{path}: vehicle"),
-            provenance=Provenance(**provenance),
-            performance=Performance(
-                wall_time=float(performance.get("wall_time_s", np.nan)),
-                real_time_factor=float(performance.get("real_time_factor", np.nan)),
-            ),
-        )
-    except InputError as error:
-        raise _unreadable(path, f"it does not hold a run ({str(error).rstrip('.')})") from error
+        raise RunFileError.at(path, "outcome", name, allowed)
+    return Outcome[name.upper()]
+
+
+def _performance(file: Any) -> Performance:
+    told = file["performance"].attrs if "performance" in file else {}
+    return Performance(
+        wall_time=float(_plain(told.get("wall_time_s", np.nan))),
+        real_time_factor=float(_plain(told.get("real_time_factor", np.nan))),
+    )
 
 
 def _check_signature(path: str | Path, start: bytes) -> None:
@@ -286,7 +309,7 @@ def _column(path: str | Path, file: Any, name: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Return an attribute as Python's own text or number; netCDF keeps a number as a list of one."""
+    """Return an attribute as plain text or number; netCDF keeps a number as a list of one."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value[0] if value.ndim else value[()]
     if isinstance(value, bytes):
@@ -300,8 +323,16 @@ def _stored(values: Any) -> Any:
 
 
 def _text(text: str) -> Any:
-    """Return short text as the fixed-length ASCII that every netCDF tool reads."""
-    return np.bytes_(text.encode("ascii", "replace"))
+    """Return text as an attribute keeps it: of fixed length, which every netCDF tool reads.
+
+    Only a text too long for that goes to the heap of HDF5.
+    """
+    import h5py
+
+    data = text.encode("utf-8")
+    if len(data) > _LONGEST_FIXED_TEXT:
+        return text
+    return np.array(data, dtype=h5py.string_dtype("utf-8", max(len(data), 1)))
 
 
 def _unreadable(path: str | Path, reason: str) -> RunFileError:

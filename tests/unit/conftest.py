@@ -1,0 +1,62 @@
+"""Runs for the tests of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from omnimorph.design.files import load_vehicle, vehicle_text
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.results import Outcome, Performance, Provenance, Run
+from omnimorph.results.run import COLUMNS
+
+OMNIMORPH = load_vehicle("omnimorph")
+
+
+def build_random_run(rows: int = 20, vehicle: Vehicle = OMNIMORPH, seed: int = 3) -> Run:
+    """Return a run full of random numbers."""
+    rng = np.random.default_rng(seed)
+    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
+    sizes |= {"rotor": vehicle.n_rotors, "servo": vehicle.n_servos}
+    columns: dict[str, Any] = {
+        column.name: rng.standard_normal((rows, *(sizes[dim] for dim in column.dims)))
+        for column in COLUMNS
+    }
+    columns["active"] = rng.integers(-1, 2, (rows, vehicle.n_rotors)).astype(np.int8)
+    provenance = Provenance(
+        scenario_name="paper-case-a",
+        scenario_text='{"title": "α and β"}',
+        vehicle_text=vehicle_text(vehicle),
+        plant_name="realistic",
+        seed=2**64 - 1,
+        flight=7,
+        control_period=0.004,
+        physics_step=0.001,
+        version="0.1.0",
+    )
+    return Run(
+        time=0.001 * np.arange(rows, dtype=np.float64),
+        **columns,
+        outcome=Outcome.LOST,
+        vehicle=vehicle,
+        provenance=provenance,
+        performance=Performance(wall_time=0.25, real_time_factor=180.0),
+    )
+
+
+@pytest.fixture
+def random_run() -> Callable[..., Run]:
+    """Return the function that builds a run full of random numbers."""
+    return build_random_run
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    """Return the path of a stored run."""
+    path = tmp_path / "run.nc"
+    build_random_run().save(path)
+    return path

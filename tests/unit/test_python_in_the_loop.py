@@ -1,0 +1,358 @@
+"""Parts of the loop written in Python fly in the same plant, and bad ones end the flight well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import omnimorph as om
+from omnimorph.protocols import FloatArray
+from omnimorph.reference.segments import Segment, SegmentReference
+from omnimorph.results.run import COLUMNS, Run
+from omnimorph.simulation.fly import measurement_noise
+from omnimorph.simulation.scenario import Scenario
+
+DURATION = 0.6  # s
+MOVE = (0.1, -0.1, 0.1)
+
+
+def short_scenario(name: str = "paper-case-b", plant: str = "realistic") -> Scenario:
+    """A case of the paper on a short way that needs the tilt."""
+    scenario = om.load_scenario(name)
+    way = SegmentReference(
+        (0.0, 0.0, 1.0), np.eye(3), [Segment(DURATION, MOVE, (0.0, 0.6, 0.8), 0.3)]
+    )
+    return replace(scenario, reference=way, plant=om.load_plant(plant))
+
+
+def assert_same_motion(ours: Run, other: Run, tolerance: float = 0.0) -> None:
+    """Both runs moved alike, to the last bit if no tolerance is given."""
+    assert ours.outcome is other.outcome is om.Outcome.COMPLETED
+    for name in ("time", "p_WB", "R_WB", "v_WB", "w_WB_B", "thrust", "tilt", "speed"):
+        np.testing.assert_allclose(
+            getattr(ours, name), getattr(other, name), rtol=0.0, atol=tolerance, err_msg=name
+        )
+
+
+class Recorder:
+    """A controller that passes on to another and keeps what it was given."""
+
+    def __init__(self, controller: Callable[..., om.Command]) -> None:
+        self.controller = controller
+        self.times: list[float] = []
+        self.states: list[om.State] = []
+
+    def __call__(self, time: float, state: om.State, desired: om.Desired) -> om.Command:
+        self.times.append(time)
+        self.states.append(state)
+        return self.controller(time, state, desired)
+
+
+# --- the built-in parts, called from Python ------------------------------------------------------
+
+
+@pytest.mark.parametrize("plant", ["perfect", "realistic"])
+@pytest.mark.parametrize("name", ["paper-case-a", "paper-case-b", "paper-fixed-45-a"])
+def test_the_built_in_controller_flies_the_same_from_python(name: str, plant: str) -> None:
+    scenario = short_scenario(name, plant)
+    told = om.fly(scenario, seed=3)
+    ours = om.fly(scenario, seed=3, controller=scenario.build_controller())
+    assert_same_motion(ours, told)
+    for column in ("desired_p_WB", "desired_R_WB", "tilt_command", "wrench_achieved", "active"):
+        np.testing.assert_array_equal(getattr(ours, column), getattr(told, column))
+
+
+def test_an_allocator_that_passes_on_to_the_built_in_one_flies_the_same() -> None:
+    scenario = short_scenario()
+    controller = scenario.build_controller()
+
+    def allocate(
+        acceleration: FloatArray, state: om.State, previous: om.Command
+    ) -> om.Command:
+        chosen = controller.allocate(acceleration, state)
+        return om.Command(chosen.thrust, chosen.tilt)
+
+    told = om.fly(scenario, seed=5)
+    ours = om.fly(scenario, seed=5, allocator=allocate)
+    assert_same_motion(ours, told)
+    np.testing.assert_array_equal(ours.wrench_asked, told.wrench_asked)
+
+
+def test_an_allocator_is_told_its_previous_command() -> None:
+    scenario = short_scenario()
+    controller = scenario.build_controller()
+    given: list[om.Command] = []
+    answers: list[om.Command] = []
+
+    def allocate(
+        acceleration: FloatArray, state: om.State, previous: om.Command
+    ) -> om.Command:
+        chosen = controller.allocate(acceleration, state)
+        given.append(previous)
+        answers.append(om.Command(chosen.thrust, chosen.tilt))
+        return answers[-1]
+
+    om.fly(scenario, allocator=allocate)
+    hover = scenario.vehicle.mass * 9.81 / 8.0
+    np.testing.assert_allclose(given[0].thrust, hover, rtol=1e-14)
+    np.testing.assert_array_equal(given[0].tilt, [0.0])
+    for told, answered in zip(given[1:], answers[:-1], strict=True):
+        np.testing.assert_array_equal(told.thrust, answered.thrust)
+        np.testing.assert_array_equal(told.tilt, answered.tilt)
+
+
+class MinimumJerk:
+    """The way of `short_scenario` without its turn, as one would write it in Python."""
+
+    duration = DURATION
+
+    def __call__(self, time: float) -> om.Desired:
+        u = time / DURATION
+        s = 10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5
+        ds = (30.0 * u**2 - 60.0 * u**3 + 30.0 * u**4) / DURATION
+        dds = (60.0 * u - 180.0 * u**2 + 120.0 * u**3) / DURATION**2
+        move, zero = np.array(MOVE), np.zeros(3)
+        start = np.array([0.0, 0.0, 1.0])
+        return om.Desired(start + s * move, np.eye(3), ds * move, zero, dds * move, zero)
+
+
+@pytest.mark.parametrize("plant", ["perfect", "realistic"])
+def test_a_reference_in_python_flies_like_the_segments_it_repeats(plant: str) -> None:
+    straight = SegmentReference((0.0, 0.0, 1.0), np.eye(3), [Segment(DURATION, MOVE)])
+    scenario = replace(short_scenario(plant=plant), reference=straight)
+    told = om.fly(scenario, seed=1)
+    ours = om.fly(scenario, seed=1, reference=MinimumJerk())
+    np.testing.assert_allclose(ours.desired_p_WB, told.desired_p_WB, rtol=0.0, atol=1e-14)
+    assert_same_motion(ours, told, tolerance=1e-9)
+    np.testing.assert_allclose(ours.p_WB, told.p_WB, rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("plant", ["perfect", "realistic"])
+def test_a_disturbance_in_python_pushes_like_the_effect_it_repeats(plant: str) -> None:
+    scenario = short_scenario(plant=plant)
+    push = om.effects.ConstantWrench(force=(0.5, -0.3, 0.2), torque=(0.01, 0.0, -0.02))
+    pushed_plant = replace(scenario.plant, effects=(*scenario.plant.effects, push))
+    wrench = np.array([*push.force, *push.torque])
+    calls: list[float] = []
+
+    def disturb(time: float, state: om.State) -> FloatArray:
+        calls.append(time)
+        return wrench
+
+    told = om.fly(replace(scenario, plant=pushed_plant), seed=2)
+    ours = om.fly(scenario, seed=2, disturbance=disturb)
+    assert_same_motion(ours, told)
+    np.testing.assert_allclose(calls[:600], np.arange(600) * 1e-3, rtol=0.0, atol=1e-12)
+    undisturbed = om.fly(scenario, seed=2)
+    assert np.abs(ours.p_WB - undisturbed.p_WB).max() > 1e-4
+
+
+def test_a_disturbance_is_shown_the_motion_at_its_step() -> None:
+    seen: list[FloatArray] = []
+
+    def look(time: float, state: om.State) -> FloatArray:
+        seen.append(state.p_WB.copy())
+        return np.zeros(6)
+
+    scenario = short_scenario()
+    run = om.fly(scenario, disturbance=look)
+    np.testing.assert_array_equal(np.array(seen)[:600], run.p_WB[:600])
+    assert_same_motion(run, om.fly(scenario))
+
+
+def test_controller_and_disturbance_together_call_each_at_its_rate() -> None:
+    scenario = short_scenario()
+    controller = Recorder(scenario.build_controller())
+    pushes: list[float] = []
+
+    def disturb(time: float, state: om.State) -> FloatArray:
+        pushes.append(time)
+        return np.zeros(6)
+
+    run = om.fly(scenario, controller=controller, disturbance=disturb)
+    assert_same_motion(run, om.fly(scenario))
+    np.testing.assert_allclose(controller.times, np.arange(150) * 4e-3, rtol=0.0, atol=1e-12)
+    assert 600 <= len(pushes) <= 604
+
+
+# --- stepping a plant ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("plant", ["perfect", "realistic"])
+def test_a_plant_stepped_from_python_flies_what_fly_flies(plant: str) -> None:
+    scenario = short_scenario(plant=plant)
+    told = om.fly(scenario, seed=4, flight=2)
+    start = om.State(*scenario.reference(0.0)[:4])
+    stepped = om.SimulatedPlant(
+        scenario.vehicle, scenario.plant, start=start, start_tilt=scenario.tilt, seed=4, flight=2
+    )
+    controller = scenario.build_controller()
+    every = round(scenario.plant.control_period / scenario.plant.physics_step)
+    state = stepped.measure()
+    for k in range(0, len(told.time) - 1, every):
+        assert stepped.time == pytest.approx(told.time[k], abs=1e-12)
+        for part, column in zip(stepped.state, ("p_WB", "R_WB", "v_WB", "w_WB_B"), strict=True):
+            np.testing.assert_allclose(part, getattr(told, column)[k], rtol=0.0, atol=1e-12)
+        desired = scenario.reference(k * scenario.plant.physics_step)
+        state = stepped.step(controller(stepped.time, state, desired))
+    np.testing.assert_allclose(stepped.state.p_WB, told.p_WB[-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(stepped.speed, told.speed[-1], rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(stepped.tilt, told.tilt[-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(stepped.wrench, told.wrench_achieved[-1], rtol=0.0, atol=1e-9)
+
+
+def test_a_plant_can_be_stepped_one_physics_step_at_a_time() -> None:
+    vehicle, model = om.load_vehicle("omnimorph"), om.load_plant("realistic")
+    command = om.Command(np.linspace(1.0, 2.0, 8), np.array([0.2]))
+    whole, parts = (om.SimulatedPlant(vehicle, model) for _ in range(2))
+    whole.step(command)
+    parts.send(command)
+    for _ in range(4):
+        parts.step_physics()
+    assert whole.time == parts.time == pytest.approx(4e-3, rel=1e-12)
+    for one, other in zip(whole.state, parts.state, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+# --- noise ---------------------------------------------------------------------------------------
+
+
+def test_the_noise_of_a_flight_is_that_of_its_seed_and_number() -> None:
+    scenario = short_scenario()
+    for seed, flight in ((0, 0), (0, 1), (7, 0)):
+        controller = Recorder(scenario.build_controller())
+        run = om.fly(scenario, seed=seed, flight=flight, controller=controller)
+        noise = measurement_noise(seed, flight, len(controller.states))
+        for k, state in enumerate(controller.states):
+            row = 4 * k
+            error = state.p_WB - run.p_WB[row], state.v_WB - run.v_WB[row]
+            np.testing.assert_allclose(error[0], 1e-3 * noise[k, :3], rtol=0.0, atol=1e-14)
+            np.testing.assert_allclose(error[1], 1e-2 * noise[k, 3:6], rtol=0.0, atol=1e-14)
+            turned = run.w_WB_B[row] + 1e-2 * noise[k, 9:]
+            np.testing.assert_allclose(state.w_WB_B, turned, rtol=0.0, atol=1e-14)
+
+
+def test_flights_differ_by_seed_and_by_number_and_repeat_themselves() -> None:
+    scenario = short_scenario()
+    first, again = om.fly(scenario, seed=1), om.fly(scenario, seed=1)
+    assert first.content_hash == again.content_hash
+    for other in (om.fly(scenario, seed=2), om.fly(scenario, seed=1, flight=1)):
+        assert np.abs(other.p_WB - first.p_WB).max() > 1e-6
+
+
+def test_the_perfect_plant_measures_exactly() -> None:
+    scenario = short_scenario(plant="perfect")
+    controller = Recorder(scenario.build_controller())
+    run = om.fly(scenario, controller=controller)
+    np.testing.assert_array_equal([state.p_WB for state in controller.states], run.p_WB[:-1])
+
+
+# --- bad answers ---------------------------------------------------------------------------------
+
+Break = Callable[[om.Command], tuple[object, object]]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("part", ["thrust", "tilt"])
+def test_a_number_that_is_not_finite_ends_the_flight_and_keeps_it(part: str, bad: float) -> None:
+    scenario = short_scenario()
+    controller = scenario.build_controller()
+
+    def fails(time: float, state: om.State, desired: om.Desired) -> om.Command:
+        command = controller(time, state, desired)
+        if time < 0.2 - 1e-9:
+            return command
+        return command._replace(**{part: np.full_like(getattr(command, part), bad)})
+
+    run = om.fly(scenario, seed=1, controller=fails)
+    assert run.outcome is om.Outcome.NOT_FINITE
+    assert len(run.time) == 200
+    told = om.fly(scenario, seed=1)
+    for column in COLUMNS:
+        if column.name in ("wrench_asked", "cost", "kkt_residual"):  # known to the core's rule only
+            continue
+        kept = getattr(run, column.name)
+        np.testing.assert_array_equal(kept, getattr(told, column.name)[: len(kept)])
+    assert run.metrics.as_dict()["position_error_max_m"] < 0.1
+
+
+def test_an_allocator_that_fails_at_once_leaves_a_run_of_one_row() -> None:
+    def fails(acceleration: FloatArray, state: om.State, previous: om.Command) -> om.Command:
+        return om.Command(np.full(8, np.nan), previous.tilt)
+
+    run = om.fly(short_scenario(), allocator=fails)
+    assert run.outcome is om.Outcome.NOT_FINITE
+    assert len(run.time) == 1
+
+
+def test_a_controller_that_gives_up_loses_the_vehicle() -> None:
+    def falls(time: float, state: om.State, desired: om.Desired) -> om.Command:
+        return om.Command(np.zeros(8), np.zeros(1))
+
+    scenario = om.load_scenario("hover")
+    run = om.fly(scenario, controller=falls)
+    assert run.outcome is om.Outcome.LOST
+    assert run.time[-1] == pytest.approx(np.sqrt(2.0 * scenario.lost_beyond / 9.81), abs=0.05)
+    error = np.linalg.norm(run.p_WB - run.desired_p_WB, axis=1)
+    assert error[-1] > scenario.lost_beyond >= error[:-1].max()
+
+
+@pytest.mark.parametrize(
+    ("thrust", "tilt"),
+    [
+        (np.zeros(7), np.zeros(1)),
+        (np.zeros(8), np.zeros(2)),
+        (np.zeros((8, 1)), np.zeros(1)),
+        (np.float64(1.0), np.zeros(1)),
+    ],
+    ids=["too few thrusts", "too many tilts", "a column", "one number"],
+)
+def test_a_command_of_the_wrong_shape_is_the_users_mistake(
+    thrust: FloatArray, tilt: FloatArray
+) -> None:
+    with pytest.raises(om.InputError, match="8 thrusts and 1 tilts"):
+        om.fly(short_scenario(), controller=lambda *_: om.Command(thrust, tilt))
+
+
+@pytest.mark.parametrize("answer", [None, 1.0, (np.zeros(8),), ("full", "up")])
+def test_an_answer_that_is_no_command_is_the_users_mistake(answer: object) -> None:
+    with pytest.raises(om.InputError, match="command"):
+        om.fly(short_scenario(), controller=lambda *_: answer)  # type: ignore[arg-type, return-value]
+
+
+@pytest.mark.parametrize("push", [np.zeros(3), np.zeros((6, 1)), None, np.full(6, np.nan)])
+def test_a_disturbance_that_is_no_wrench_is_the_users_mistake(push: object) -> None:
+    with pytest.raises(om.InputError, match="disturbance"):
+        om.fly(short_scenario(), disturbance=lambda *_: push)  # type: ignore[arg-type, return-value]
+
+
+def test_a_reference_that_is_not_finite_is_the_users_mistake() -> None:
+    class Broken(MinimumJerk):
+        def __call__(self, time: float) -> om.Desired:
+            desired = super().__call__(time)
+            return desired._replace(p_WB=np.full(3, np.nan)) if time > 0.3 else desired
+
+    with pytest.raises(om.InputError, match="reference"):
+        om.fly(short_scenario(), reference=Broken())
+
+
+def test_a_controller_and_an_allocator_are_refused_together() -> None:
+    scenario = short_scenario()
+    controller = scenario.build_controller()
+    with pytest.raises(om.InputError, match="not both"):
+        om.fly(
+            scenario,
+            controller=controller,
+            allocator=lambda acceleration, state, previous: previous,
+        )
+
+
+def test_an_error_inside_a_controller_reaches_the_caller() -> None:
+    def fails(time: float, state: om.State, desired: om.Desired) -> om.Command:
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        om.fly(short_scenario(), controller=fails)

@@ -75,7 +75,7 @@ template <class T, int N> class Allocator {
 
   private:
     static PerRotor<T, N> thrust_scale(const Vehicle<T, N>& vehicle) {
-        PerRotor<T, N> scale;
+        PerRotor<T, N> scale{};
         for (int i = 0; i < vehicle.n_rotors; ++i)
             scale[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
         return scale;

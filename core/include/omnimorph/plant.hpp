@@ -113,7 +113,7 @@ template <class T, int N> class Plant {
     int n() const { return settings_.vehicle.n_rotors; }
 
     static WrenchMap<T, N> speed_map(const PlantSettings<T, N>& settings) {
-        PerRotor<T, N> thrust;
+        PerRotor<T, N> thrust{};
         for (int i = 0; i < settings.vehicle.n_rotors; ++i)
             thrust[i] = settings.effectiveness[i] * settings.vehicle.thrust_coefficient[i];
         return WrenchMap<T, N>(settings.vehicle, thrust, settings.vehicle.drag_coefficient);

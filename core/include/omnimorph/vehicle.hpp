@@ -36,17 +36,17 @@ template <class T> struct PerServo {
 
 // The same numbers in another type, for another way of counting rotors.
 template <class T, int N, class S, int M> inline PerRotor<T, N> cast(const PerRotor<S, M>& x, int n) {
-    PerRotor<T, N> y;
+    PerRotor<T, N> y{};
     for (int i = 0; i < n; ++i) y[i] = T(x[i]);
     return y;
 }
 template <class T, int N, class S, int M> inline PerRotor<Vec3<T>, N> cast(const PerRotor<Vec3<S>, M>& x, int n) {
-    PerRotor<Vec3<T>, N> y;
+    PerRotor<Vec3<T>, N> y{};
     for (int i = 0; i < n; ++i) y[i] = cast<T>(x[i]);
     return y;
 }
 template <class T, class S> inline PerServo<T> cast(const PerServo<S>& x, int m) {
-    PerServo<T> y;
+    PerServo<T> y{};
     for (int j = 0; j < m; ++j) y[j] = T(x[j]);
     return y;
 }

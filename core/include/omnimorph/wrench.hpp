@@ -75,7 +75,7 @@ template <class T, int N> struct WrenchMap {
 
 /// The map of thrusts, each in a unit of its own, in N; with units of 1 N it is A(alpha) of the paper.
 template <class T, int N> inline WrenchMap<T, N> thrust_wrench_map(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& unit) {
-    PerRotor<T, N> drag;
+    PerRotor<T, N> drag{};
     for (int i = 0; i < vehicle.n_rotors; ++i) drag[i] = vehicle.kappa(i) * unit[i];
     return WrenchMap<T, N>(vehicle, unit, drag);
 }

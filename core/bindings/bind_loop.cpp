@@ -106,11 +106,23 @@ void make_reference(Reference* self, const Array& segments, const Array& samples
     self->samples.assign(samples.data(), samples.data() + samples.size());
 }
 
-/// A command that was decided outside: every number checked to be finite by the caller.
-void decide(AnyFlight& flight, const Array& thrust, const Array& tilt, const Array& active, const Array& wrench_asked, double cost) {
-    const int n = flight.n_rotors;
+/// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.
+bool decide(AnyFlight& flight, const Array& thrust, const Array& tilt, const Array& wrench_asked) {
     expect_size(wrench_asked, 6, "wrench_asked");
-    flight.decide({command_from(thrust, tilt, n, flight.n_servos), per_rotor_from(active, n, "active"), cost, std::nan(""), vector_from<6>(wrench_asked.data())});
+    AnyAllocation a{command_from(thrust, tilt, flight.n_rotors, flight.n_servos), {}, std::nan(""), std::nan(""), vector_from<6>(wrench_asked.data())};
+    double sum = 0;
+    for (int j = 0; j < flight.n_servos; ++j) sum += a.command.tilt[j];
+    for (int i = 0; i < flight.n_rotors; ++i) {
+        const double f = a.command.thrust[i];
+        sum += f;
+        a.active[i] = f >= flight.thrust_max[i] ? 1.0 : (f <= flight.thrust_min[i] ? -1.0 : 0.0);
+    }
+    if (is_finite(sum)) {
+        flight.decide(a);
+    } else {
+        flight.refuse_command();
+    }
+    return is_finite(sum);
 }
 
 }  // namespace
@@ -121,10 +133,10 @@ void bind_loop(nb::module_& m) {
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
           "input_change"_a, "acceleration"_a, "three_candidates"_a, "tilt_change"_a);
     nb::class_<AllocationView>(m, "Allocation")
-        .def_prop_ro("thrust", [](const AllocationView& v) { return new_array(v.a.command.thrust.a, {static_cast<std::size_t>(v.n)}); })
-        .def_prop_ro("tilt", [](const AllocationView& v) { return new_array(v.a.command.tilt.a, {static_cast<std::size_t>(v.m)}); })
-        .def_prop_ro("active", [](const AllocationView& v) { return new_array(v.a.active.a, {static_cast<std::size_t>(v.n)}); })
-        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return new_array(v.a.wrench_asked.a, {6}); })
+        .def_prop_ro("thrust", [](const AllocationView& v) { return new_array(v.a.command.thrust.a, {static_cast<std::size_t>(v.n)}); }, nb::rv_policy::move)
+        .def_prop_ro("tilt", [](const AllocationView& v) { return new_array(v.a.command.tilt.a, {static_cast<std::size_t>(v.m)}); }, nb::rv_policy::move)
+        .def_prop_ro("active", [](const AllocationView& v) { return new_array(v.a.active.a, {static_cast<std::size_t>(v.n)}); }, nb::rv_policy::move)
+        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return new_array(v.a.wrench_asked.a, {6}); }, nb::rv_policy::move)
         .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
         .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
     nb::class_<AnyController>(m, "Controller")
@@ -164,7 +176,7 @@ void bind_loop(nb::module_& m) {
             f.decide(a);
             return AllocationView{a, f.n_rotors, f.n_servos};
         }, "state"_a, "desired"_a)
-        .def("decide", &decide, "thrust"_a, "tilt"_a, "active"_a, "wrench_asked"_a, "cost"_a)
+        .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
         .def("integrate", [](AnyFlight& f, int steps, const Array& pushed) {
             expect_size(pushed, 6, "pushed");
             f.integrate(steps, vector_from<6>(pushed.data()));

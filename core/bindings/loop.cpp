@@ -42,6 +42,10 @@ class FixedFlight final : public AnyFlight {
                   fixed(parts.command, parts.model.n_rotors), parts.settings, parts.record) {
         n_rotors = parts.model.n_rotors;
         n_servos = parts.model.n_servos;
+        for (int i = 0; i < n_rotors; ++i) {
+            thrust_min[i] = parts.model.thrust_min(i);
+            thrust_max[i] = parts.model.thrust_max(i);
+        }
     }
     void advance(long most_steps) override { flight_.advance(most_steps); }
     Motion<double> measure() override { return flight_.measure(); }
@@ -53,6 +57,7 @@ class FixedFlight final : public AnyFlight {
     void decide(const AnyAllocation& a) override {
         flight_.decide({fixed(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});
     }
+    void refuse_command() override { flight_.refuse_command(); }
     void integrate(int steps, const Vec6<double>& pushed) override {
         for (int k = 0; k < steps && flight_.status == FlightStatus::flying; ++k) flight_.integrate(flight_.desired(), pushed);
     }

@@ -29,6 +29,7 @@ class AnyFlight {
     virtual Desired<double> desired() const = 0;
     virtual AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) = 0;
     virtual void decide(const AnyAllocation& allocation) = 0;
+    virtual void refuse_command() = 0;
     virtual void integrate(int steps, const Vec6<double>& pushed) = 0;
     virtual PerRotor<double, 0> speed() const = 0;
     virtual PerServo<double> tilt() const = 0;
@@ -36,6 +37,7 @@ class AnyFlight {
     virtual long step() const = 0;
     virtual FlightStatus status() const = 0;
     int n_rotors = 0, n_servos = 0;
+    PerRotor<double, 0> thrust_min{}, thrust_max{};  // N, by the model
 };
 
 /// Everything a flight is made of. The reference and the recorded arrays must outlive the flight.

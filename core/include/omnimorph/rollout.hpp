@@ -68,6 +68,12 @@ template <class T, int N> class Flight {
     }
     const Allocation<T, N>& decided() const { return decided_; }
 
+    /// A controller outside gave a number that is not finite: the flight ends here, with this row as its last.
+    void refuse_command() {
+        write_row(desired());
+        status = FlightStatus::not_finite;
+    }
+
     /// Record this row, then one physics step; the last row is recorded only.
     void integrate(const Desired<T>& now, const Vec6<T>& pushed) {
         write_row(now);

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
-from omnimorph.simulation.plant import as_state, control_steps
+from omnimorph.simulation.plant import as_state, control_steps, send
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["fly", "measurement_noise"]
@@ -39,6 +39,7 @@ _OUTCOMES = {
     _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
     _core.FlightStatus.LOST: Outcome.LOST,
     _core.FlightStatus.DIVERGED: Outcome.DIVERGED,
+    _core.FlightStatus.NOT_FINITE: Outcome.NOT_FINITE,
 }
 
 
@@ -117,13 +118,6 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
     return _core.measurement_normals(seed, flight, 0, steps)
 
 
-class _Decision(NamedTuple):
-    """A command from Python, and what is known of it."""
-
-    command: Command
-    wrench_asked: FloatArray
-
-
 class _Loop:
     """One flight under way: the core's flight, the columns it writes, and where it came from."""
 
@@ -174,22 +168,19 @@ class _Loop:
     ) -> Outcome:
         """Fly one control step at a time."""
         core = self.core
-        for k in range(0, self.steps + 1, self.control_every):
-            if k < self.steps:
+        while core.status == _core.FlightStatus.FLYING:
+            if core.step < self.steps:
                 state, desired = core.measure(), core.desired()
                 if controller is None and allocator is None:
                     core.control(state, desired)
                 else:
-                    decision = self._decide(controller, allocator, state, desired)
-                    if decision is None:
-                        return Outcome.NOT_FINITE
-                    self._send(decision)
+                    command, asked = self._ask(controller, allocator, state, desired)
+                    if not send(core, command, asked):
+                        break
             self._integrate(disturbance)
-            if core.status != _core.FlightStatus.FLYING:
-                break
-            if k % _STEPS_BETWEEN_REPORTS == 0:
+            if core.step % _STEPS_BETWEEN_REPORTS == 0:
                 self._report(progress)
-        return _OUTCOMES.get(core.status, Outcome.COMPLETED)
+        return _OUTCOMES[core.status]
 
     def _integrate(self, disturbance: Disturbance | None) -> None:
         if disturbance is None:
@@ -197,45 +188,29 @@ class _Loop:
             return
         for _ in range(self.control_every):
             time = self.core.step * self.scenario.plant.physics_step
-            push = np.ascontiguousarray(disturbance(time, as_state(self.core.motion())), np.float64)
+            push = np.asarray(disturbance(time, as_state(self.core.motion())), dtype=np.float64)
+            if push.shape != (6,):
+                allowed = "six numbers, force in W and torque in B"
+                raise ScenarioError.at("the disturbance", "shape", push.shape, allowed)
             self.core.integrate(1, push)
 
-    def _decide(
+    def _ask(
         self,
         controller: Controller | None,
         allocator: Allocator | None,
         state_numbers: FloatArray,
         desired_numbers: FloatArray,
-    ) -> _Decision | None:
-        """Ask the parts written in Python; None if the answer is not finite."""
+    ) -> tuple[Command, FloatArray]:
+        """Ask the part written in Python; return its command and the wrench it was asked for."""
         state = as_state(state_numbers)
-        asked = _UNKNOWN
         if controller is not None:
             time = self.core.step * self.scenario.plant.physics_step
-            answer = controller(time, state, _as_desired(desired_numbers))
-        else:
-            assert allocator is not None
-            wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
-            asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
-            answer = allocator(wanted, state, self.last)
-        thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in answer)
-        vehicle = self.scenario.vehicle
-        if thrust.shape != (vehicle.n_rotors,) or tilt.shape != (vehicle.n_servos,):
-            allowed = f"{vehicle.n_rotors} thrusts and {vehicle.n_servos} tilts"
-            found = f"{thrust.shape} and {tilt.shape} numbers"
-            raise ScenarioError.at("the controller's command", "shape", found, allowed)
-        if not np.isfinite(thrust.sum() + tilt.sum()):
-            return None
-        self.last = Command(thrust, tilt)
-        return _Decision(self.last, asked)
-
-    def _send(self, decision: _Decision) -> None:
-        thrust, tilt = decision.command
-        vehicle = self.scenario.vehicle
-        active: FloatArray = np.zeros(vehicle.n_rotors)
-        active[thrust >= vehicle.thrust_max] = 1.0
-        active[thrust <= vehicle.thrust_min] = -1.0
-        self.core.decide(thrust, tilt, active, decision.wrench_asked, np.nan)
+            return controller(time, state, _as_desired(desired_numbers)), _UNKNOWN
+        assert allocator is not None
+        wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
+        asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
+        self.last = allocator(wanted, state, self.last)
+        return self.last, asked
 
     def _report(self, progress: Progress | None) -> None:
         if progress is not None:
@@ -246,7 +221,7 @@ class _Loop:
         """Return the rows flown so far as a run."""
         scenario = self.scenario
         plant = scenario.plant
-        rows = self.core.step + 1 if outcome is not Outcome.NOT_FINITE else max(self.core.step, 1)
+        rows = self.core.step + 1
         time = np.arange(rows, dtype=np.float64) * plant.physics_step
         return Run(
             time=time,

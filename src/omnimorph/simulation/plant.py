@@ -28,7 +28,7 @@ from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 __all__ = ["INTEGRATORS", "PlantModel", "SimulatedPlant", "control_steps"]
 
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
-_NO_DISTURBANCE = np.zeros(6)
+_NO_WRENCH = np.zeros(6)
 _POSITIVE = "a positive number of milliseconds"
 
 
@@ -196,12 +196,10 @@ class SimulatedPlant:
 
     def send(self, command: Command) -> None:
         """Put a command on its way to the actuators."""
-        thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
-        if not (np.isfinite(thrust).all() and np.isfinite(tilt).all()):
-            raise ScenarioError.at("plant", "command", command, "finite numbers")
-        self._flight.decide(thrust, tilt, np.zeros(len(thrust)), _NO_DISTURBANCE, 0.0)
+        if not send(self._flight, command, _NO_WRENCH):
+            raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
 
-    def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_DISTURBANCE) -> State:
+    def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.
 
         `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
@@ -212,10 +210,33 @@ class SimulatedPlant:
     def step(self, command: Command) -> State:
         """Apply a command for one control period; return the motion as measured after it."""
         self.send(command)
-        self._flight.integrate(self._steps_of_control, _NO_DISTURBANCE)
+        self._flight.integrate(self._steps_of_control, _NO_WRENCH)
         return self.measure()
 
 
 def as_state(row: FloatArray) -> State:
     """Return the 18 numbers of a state of the core as a `State`."""
     return State(row[:3], row[3:12].reshape(3, 3), row[12:15], row[15:18])
+
+
+def send(flight: _core.Flight, command: Command, wrench_asked: FloatArray) -> bool:
+    """Send a command made in Python to a flight of the core; False if it is not finite.
+
+    Raises
+    ------
+    ScenarioError
+        If it does not have one thrust for each rotor and one tilt for each servo.
+    """
+    try:
+        thrust, tilt = command
+        try:
+            return flight.decide(thrust, tilt, wrench_asked)
+        except TypeError:  # not yet arrays of float64
+            thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
+            return flight.decide(thrust, tilt, wrench_asked)
+    except (TypeError, ValueError) as problem:
+        allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
+        place = "the controller's command"
+        raise ScenarioError(
+            f"{place} cannot be used, because {problem}; it must be {allowed}."
+        ) from None

@@ -77,7 +77,7 @@ $(VENV)/uv-$(UV_VERSION):
 	@touch $@
 
 $(VENV)/synced: requirements.lock $(VENV)/uv-$(UV_VERSION)
-	$(UV) pip sync --quiet --python $(BIN)/python --require-hashes requirements.lock
+	$(UV) pip sync --quiet --compile-bytecode --python $(BIN)/python --require-hashes requirements.lock
 	@touch $@
 
 # Rewritten only when it changes, so that a removed file or a turned switch also counts.
@@ -86,6 +86,6 @@ $(VENV)/inputs: always $(VENV)/synced
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
 $(VENV)/installed: $(VENV)/synced $(VENV)/inputs $(SOURCES)
-	$(UV) pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation \
+	$(UV) pip install --quiet --compile-bytecode --python $(BIN)/python --no-deps --no-build-isolation \
 		--reinstall-package omnimorph .
 	@touch $@

@@ -65,6 +65,6 @@ def test_importing_does_no_work() -> None:
         [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=True
     )
     loaded, core = answer.stdout.splitlines()
-    heavy = ["numpy", "scipy", "daqp", "pydantic", "h5py", "matplotlib", "jinja2", "rich", "typer"]
+    heavy = ["numpy", "scipy", "daqp", "pydantic", "h5py", "matplotlib", "jinja2", "rich"]
     assert [name for name in heavy if f"'{name}'" in loaded] == []
     assert core == "False"

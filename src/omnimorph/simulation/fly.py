@@ -33,6 +33,7 @@ __all__ = ["fly", "measurement_noise"]
 
 Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
+_MOST_STEPS = 2**31
 _NO_DISTURBANCE = np.zeros(6)
 _UNKNOWN = np.full(6, np.nan)
 _OUTCOMES = {
@@ -125,8 +126,8 @@ class _Loop:
         self.scenario, self.seed, self.flight = scenario, seed, flight
         vehicle, plant = scenario.vehicle, scenario.plant
         self.steps = round(scenario.reference.duration / plant.physics_step)
-        if self.steps < 1:
-            allowed = "at least one physics step"
+        if not 1 <= self.steps <= _MOST_STEPS:
+            allowed = f"from one physics step to {_MOST_STEPS} of them"
             raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
         self.control_every = control_steps(plant)
         self.columns = _empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)

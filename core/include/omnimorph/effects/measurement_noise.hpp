@@ -18,21 +18,35 @@ template <class T> struct MeasurementNoise {
     template <class S> explicit MeasurementNoise(const MeasurementNoise<S>& o)
         : active(o.active), deviation(cast<T>(o.deviation)), filter_gain(cast<T>(o.filter_gain)) {}
 
+    /// The filters' outputs, and the first control step whose noise they have not had.
     struct State {
         T filtered[12];
+        std::uint32_t next_step;
     };
     static State at_rest() {
         State s;
         for (T& value : s.filtered) value = T(0);
+        s.next_step = 0;
         return s;
     }
 
+    /// The motion as it is measured in a control step; measuring again, or not in every step, changes nothing later.
     /// `first` is the key of lane 0; the lanes are flights that follow one another.
     Motion<T> measure(const Motion<T>& truth, NoiseKey first, std::uint32_t step, State& memory) const {
         if (!active) return truth;
+        for (; memory.next_step <= step; ++memory.next_step) draw(first, memory);
+        const auto part = [&](int kind) {
+            return Vec3<T>{{memory.filtered[3 * kind], memory.filtered[3 * kind + 1], memory.filtered[3 * kind + 2]}};
+        };
+        return {truth.p + part(0), truth.v + part(1), truth.R * exponential(part(2)), truth.w + part(3)};
+    }
+
+  private:
+    /// Pass the noise of the next step through the filters.
+    void draw(NoiseKey first, State& memory) const {
         for (int pair = 0; pair < 6; ++pair)
             for (int l = 0; l < lane_count<T>; ++l) {
-                const auto normal = standard_normal_pair({first.seed, first.flight + l}, step, pair);
+                const auto normal = standard_normal_pair({first.seed, first.flight + l}, memory.next_step, pair);
                 for (int k = 0; k < 2; ++k) {
                     const int c = 2 * pair + k, kind = c / 3;
                     const auto old = lane(memory.filtered[c], l);
@@ -40,10 +54,6 @@ template <class T> struct MeasurementNoise {
                     set_lane(memory.filtered[c], l, old + lane(filter_gain[kind], l) * (drawn - old));
                 }
             }
-        const auto part = [&](int kind) {
-            return Vec3<T>{{memory.filtered[3 * kind], memory.filtered[3 * kind + 1], memory.filtered[3 * kind + 2]}};
-        };
-        return {truth.p + part(0), truth.v + part(1), truth.R * exponential(part(2)), truth.w + part(3)};
     }
 };
 

@@ -1,0 +1,56 @@
+"""Arguments that several commands take, read and checked."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from omnimorph.errors import InputError
+
+__all__ = ["folder", "positive_number", "seed_number"]
+
+_LARGEST = 2**64 - 1
+
+
+def folder(text: str) -> Path:
+    """Read the name of a folder; an empty one is refused: it stands for a variable nobody set."""
+    if not text:
+        raise InputError.at("the command line", "--out", text, "the name of a folder")
+    return Path(text)
+
+
+def positive_number(option: str) -> Callable[[str], int]:
+    """Return a function that reads a positive integer, and names the option if it is none.
+
+    Examples
+    --------
+    >>> positive_number("--seeds")("5")
+    5
+    """
+    return lambda text: _whole_number(option, text, 1, "a positive integer")
+
+
+def seed_number(text: str) -> int:
+    """Read a seed: an integer from 0 to 2⁶⁴ − 1.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> seed_number("7")
+    7
+    """
+    return _whole_number("--seed", text, 0, f"an integer from 0 to {_LARGEST}")
+
+
+def _whole_number(option: str, text: str, least: int, allowed: str) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = -1
+    if not least <= number <= _LARGEST:
+        raise InputError.at("the command line", option, text, allowed)
+    return number

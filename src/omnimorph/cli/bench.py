@@ -1,0 +1,34 @@
+"""Measure how fast omnimorph is on this machine, beside the numbers we aim at."""
+
+from __future__ import annotations
+
+import argparse
+
+from omnimorph.cli import console
+from omnimorph.cli.arguments import positive_number
+
+__all__ = ["SUMMARY", "add_arguments", "answer"]
+
+SUMMARY = "measure how fast it is on this machine"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "--rounds",
+        type=positive_number("--rounds"),
+        default=7,
+        metavar="N",
+        help="measure everything N times (default: 7)",
+    )
+
+
+def answer(options: argparse.Namespace) -> console.Answer:
+    """Measure everything and tell what came out."""
+    from omnimorph.bench import measure
+
+    with console.Progress("measuring") as progress:
+        report = measure(progress, rounds=options.rounds)
+    numbers = console.table(report.as_rows(), header=report.COLUMNS, align="rrrll")
+    origin = console.table([[f"{name}:", text] for name, text in report.provenance.items()])
+    return console.Answer(text=f"{numbers}\n\n{origin}", data=report.as_dict())

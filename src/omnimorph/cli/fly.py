@@ -1,0 +1,151 @@
+"""Fly a scenario once, show its metrics, and write the run and the metrics to a folder."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from omnimorph.cli import console
+from omnimorph.cli.arguments import folder, seed_number
+from omnimorph.cli.folder import check_folder, staged
+
+if TYPE_CHECKING:
+    from omnimorph import Run, Scenario
+
+__all__ = ["SUMMARY", "add_arguments", "answer"]
+
+SUMMARY = "fly a scenario: metrics on the screen, run and metrics in a folder"
+
+NOT_COMPLETED = 3
+
+MEASURES = (
+    # key of metrics.json, what people call it, unit they read it in
+    ("duration_s", "time flown", "s"),
+    ("position_error_mean_m", "position error, mean", "mm"),
+    ("position_error_rms_m", "position error, root mean square", "mm"),
+    ("position_error_max_m", "position error, largest", "mm"),
+    ("attitude_error_mean_rad", "attitude error, mean", "deg"),
+    ("attitude_error_max_rad", "attitude error, largest", "deg"),
+    ("attitude_error_paper", "attitude error as the paper counts, mean", ""),
+    ("drag_energy_J", "energy against drag", "J"),
+    ("drag_energy_paper", "energy against drag as the paper counts", "N m Hz s"),
+    ("acceleration_energy_J", "energy to speed the rotors up", "J"),
+    ("acceleration_energy_paper", "energy to speed the rotors up as the paper counts", "kg m2 Hz2"),
+    ("power_mean_W", "power against drag, mean", "W"),
+    ("tilt_mean_deg", "tilt, mean", "deg"),
+    ("tilt_min_deg", "tilt, smallest", "deg"),
+    ("tilt_max_deg", "tilt, largest", "deg"),
+    ("speed_max_Hz", "rotor speed, largest", "Hz"),
+    ("saturated_share", "time with a rotor at its limit", "percent"),
+    ("kkt_residual_max", "KKT residual of the allocation, largest", ""),
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "scenario",
+        metavar="SCENARIO",
+        help="a name that `omnimorph scenarios` lists, or a TOML file",
+    )
+    parser.add_argument(
+        "--plant",
+        metavar="PLANT",
+        help="fly in another plant: perfect, realistic, or a TOML file",
+    )
+    parser.add_argument(
+        "--seed", type=seed_number, default=0, metavar="K", help="which noise (default: 0)"
+    )
+    parser.add_argument(
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="write run.nc and metrics.json there (default: a folder in ./runs)",
+    )
+
+
+def answer(options: argparse.Namespace) -> console.Answer:
+    """Fly, write, and tell how it went."""
+    import omnimorph as om
+
+    scenario = om.load_scenario(options.scenario)
+    out = options.out or Path("runs", _folder_name(scenario.name, options.plant, options.seed))
+    check_folder(out)
+    with console.Progress(f"flying {scenario.name}") as progress:
+        run = om.fly(scenario, seed=options.seed, plant=options.plant, progress=progress)
+    with staged(out) as new:
+        run.save(new / "run.nc")
+        run.metrics.write_json(new / "metrics.json")
+    completed = run.outcome is om.Outcome.COMPLETED
+    return console.Answer(
+        text=_as_text(scenario, run, out),
+        data=_as_data(scenario, run, out),
+        code=0 if completed else NOT_COMPLETED,
+        complaint="" if completed else _complaint(scenario, run),
+    )
+
+
+def _folder_name(scenario: str, plant: str | None, seed: int) -> str:
+    """Return a name without anything that means something in a path."""
+    parts = [scenario, *([Path(plant).stem] if plant else []), f"seed{seed}"]
+    return re.sub(r"[^\w.-]+", "-", "-".join(parts)).lstrip(".-")
+
+
+def _complaint(scenario: Scenario, run: Run) -> str:
+    flown, whole = float(run.time[-1]), scenario.reference.duration
+    return f"{scenario.name}: {run.outcome.value} It flew {flown:g} s of {whole:g} s."
+
+
+def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
+    performance, provenance = run.performance, run.provenance
+    title = f"{scenario.name}: {scenario.title}".rstrip(": ")
+    return "\n".join(
+        [
+            title,
+            f"vehicle {scenario.vehicle.name}, plant {provenance.plant_name}, "
+            f"seed {provenance.seed}",
+            "",
+            run.outcome.value,
+            "",
+            console.table(_measures(run.metrics.as_dict()), align="lr"),
+            "",
+            f"{run.time[-1]:g} s flown in {performance.wall_time:.2g} s: "
+            f"{performance.real_time_factor:.0f} times real time.",
+            f"Written to {out}: run.nc, metrics.json.",
+        ]
+    )
+
+
+def _measures(metrics: dict[str, Any]) -> list[list[str]]:
+    """Return the rows of the table: what, how much, in which unit."""
+    from omnimorph.units import UNITS, from_SI, to_SI, unit_of
+
+    told = {key: (label, unit) for key, label, unit in MEASURES}
+    others = {key: (key.replace("_", " "), unit_of(key)) for key in metrics if key not in told}
+    rows = []
+    for key, (label, unit) in (told | others).items():
+        value = metrics.get(key)
+        if isinstance(value, int | float) and unit in UNITS:
+            value = from_SI(to_SI(value, unit_of(key)), unit)
+        if key != "outcome":
+            rows.append([label, console.number(value), "%" if unit == "percent" else unit])
+    return rows
+
+
+def _as_data(scenario: Scenario, run: Run, out: Path) -> dict[str, Any]:
+    return {
+        "scenario": scenario.name,
+        "title": scenario.title,
+        "vehicle": scenario.vehicle.name,
+        "plant": run.provenance.plant_name,
+        "seed": run.provenance.seed,
+        "outcome": run.outcome.name.lower(),
+        "outcome_sentence": run.outcome.value,
+        "metrics": run.metrics.as_dict(),
+        "wall_time_s": run.performance.wall_time,
+        "real_time_factor": run.performance.real_time_factor,
+        "content_hash": run.content_hash,
+        "files": {"run": str(out / "run.nc"), "metrics": str(out / "metrics.json")},
+    }

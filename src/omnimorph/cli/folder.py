@@ -1,0 +1,119 @@
+"""The folder a command writes into: everything it wrote appears at once, or nothing does."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from omnimorph.errors import InputError
+
+__all__ = ["check_folder", "staged"]
+
+
+def check_folder(out: Path) -> None:
+    """Refuse a folder that cannot be written to, before hours are spent on what goes there.
+
+    Raises
+    ------
+    InputError
+        If it is there but no folder, or could not be made.
+    """
+    with _told(out):
+        nearest = next(path for path in (out, *out.absolute().parents) if os.path.lexists(path))
+        if not nearest.is_dir():
+            raise InputError(f"{out}: cannot be written to, because {nearest} is not a folder.")
+        if not os.access(nearest, os.W_OK | os.X_OK):
+            raise InputError(f"{out}: cannot be written to, because {nearest} is read-only.")
+
+
+@contextmanager
+def staged(out: Path) -> Iterator[Path]:
+    """Give a folder to write into; its files then move to `out`, over older ones of their names.
+
+    If anything goes wrong, or the user interrupts, nothing of it is left: neither the files nor
+    folders made for them, and older files stay as they were.
+
+    Parameters
+    ----------
+    out : Path
+        The folder; it is made if need be.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written to: a file of that name, no permission, a full disk.
+    KeyboardInterrupt
+        Passed on, with the sentence that nothing was written.
+    """
+    check_folder(out)
+    made: list[Path] = []
+    part = out
+    try:
+        with _told(out):
+            home = out.absolute() if out.is_dir() else out.absolute().parent
+            part = home / f".omnimorph-{secrets.token_hex(6)}.part"
+            for path in reversed([path for path in (part, *part.parents) if not path.exists()]):
+                path.mkdir()
+                made.append(path)
+        with _told(out, part):
+            yield part
+            with _uninterrupted():
+                _publish(part, out)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"nothing was written to {out}.") from None
+    finally:
+        with _uninterrupted():
+            if part in made:
+                shutil.rmtree(part, ignore_errors=True)
+            for path in reversed(made):
+                with suppress(OSError):  # what was published into it keeps a folder
+                    path.rmdir()
+
+
+def _publish(part: Path, out: Path) -> None:
+    """Move everything from one folder to the other; `out` may be there or not."""
+    if not out.is_dir():
+        part.rename(out)
+        return
+    files = [path for path in part.rglob("*") if not path.is_dir()]
+    targets = [out / path.relative_to(part) for path in files]
+    for target in targets:
+        if target.is_dir():
+            raise InputError(f"{target}: it cannot be written, because it is a folder.")
+        target.parent.mkdir(parents=True, exist_ok=True)
+    for path, target in zip(files, targets, strict=True):
+        path.replace(target)
+
+
+@contextmanager
+def _told(out: Path, part: Path | None = None) -> Iterator[None]:
+    """Tell a failure to write as the user's mistake, and with the name the user gave."""
+    try:
+        yield
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise InputError(f"{out}: cannot be written to: {reason}.", file=str(out)) from error
+    except InputError as error:
+        if part is None or str(part) not in str(error):
+            raise
+        raise InputError(str(error).replace(str(part), str(out)), file=str(out)) from error
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ignore Ctrl-C for the blink of an eye in which files are moved or removed."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        if before is not None:
+            signal.signal(signal.SIGINT, before)

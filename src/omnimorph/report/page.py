@@ -1,0 +1,49 @@
+"""The page: a template filled with texts, tables and figures, as one file that needs no other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from omnimorph.report.tables import number
+
+__all__ = ["Picture", "render_page"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure on a page.
+
+    Attributes
+    ----------
+    svg : str
+        The SVG element.
+    title : str
+        What it shows, for those who cannot see it.
+    """
+
+    svg: str
+    title: str
+
+
+def render_page(template: str, **content: Any) -> str:
+    """Return a page as HTML: one file, no links to be followed, no script.
+
+    Parameters
+    ----------
+    template : str
+        Name of a file in ``report/templates``.
+    content
+        What the template asks for; text in it is escaped.
+    """
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader("omnimorph.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["number"] = number
+    return environment.get_template(template).render(**content)

@@ -1,0 +1,281 @@
+"""Tables of a report: metrics side by side, and everything that was assumed."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.results.metrics import Metrics
+from omnimorph.results.run import Run
+from omnimorph.units import from_SI
+
+__all__ = [
+    "MEASURES",
+    "Measure",
+    "Table",
+    "metrics_table",
+    "number",
+    "plant_table",
+    "source_table",
+    "trajectory_table",
+]
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of texts; columns whose number is in `numeric` are set to the right.
+
+    Attributes
+    ----------
+    caption : str
+        What it shows.
+    head : sequence of str
+        Names of the columns.
+    rows : sequence of sequences of str
+        As long as the head, each.
+    numeric : set of int
+        Columns of numbers, counted from 0.
+    """
+
+    caption: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    numeric: frozenset[int] = frozenset()
+
+
+class Measure(NamedTuple):
+    """How a metric is shown: its words, the factor from the metric to the unit, and that unit."""
+
+    words: str
+    factor: float
+    unit: str
+
+
+MEASURES: Mapping[str, Measure] = {
+    "position_error_mean_m": Measure("position error, mean", 1e3, "mm"),
+    "position_error_rms_m": Measure("position error, root mean square", 1e3, "mm"),
+    "position_error_max_m": Measure("position error, largest", 1e3, "mm"),
+    "attitude_error_mean_rad": Measure("attitude error, mean angle", math.degrees(1.0), "°"),
+    "attitude_error_max_rad": Measure("attitude error, largest angle", math.degrees(1.0), "°"),
+    "attitude_error_paper": Measure("attitude error, mean ‖e_R‖ (the paper's)", 1.0, "–"),
+    "drag_energy_J": Measure("energy against drag", 1.0, "J"),
+    "drag_energy_paper": Measure("energy against drag, the paper's count", 1.0, "“J”"),
+    "acceleration_energy_J": Measure("energy to accelerate the rotors", 1.0, "J"),
+    "acceleration_energy_paper": Measure(
+        "energy to accelerate the rotors, the paper's count", 1.0, "“J”"
+    ),
+    "power_mean_W": Measure("power against drag, mean", 1.0, "W"),
+    "tilt_mean_deg": Measure("tilt, mean", 1.0, "°"),
+    "tilt_min_deg": Measure("tilt, smallest", 1.0, "°"),
+    "tilt_max_deg": Measure("tilt, largest", 1.0, "°"),
+    "speed_max_Hz": Measure("fastest rotor", 1.0, "Hz"),
+    "saturated_share": Measure("share of time with a rotor at its limit", 100.0, "%"),
+    "kkt_residual_max": Measure("largest KKT residual of the allocation", 1.0, "–"),
+    "duration_s": Measure("time flown", 1.0, "s"),
+}
+"""Every metric a report shows, in its order."""
+
+_EFFECTS = {
+    "command-delay": "commands reach the actuators late",
+    "rotor-lag": "rotor speeds follow with a first-order lag",
+    "speed-limits": "rotors turn no faster than their limits",
+    "dead-band": "rotors cannot turn slowly, and stop before they reverse",
+    "effectiveness": "rotors give only a share of their thrust",
+    "model-mismatch": "the true vehicle is the controller's times these factors",
+    "servo-lag": "the tilt follows with a first-order lag",
+    "servo-rate-limit": "the tilt moves no faster than its servo can",
+    "measurement-noise": "white noise on what the controller is told, 1σ, one draw a control step",
+    "constant-wrench": "a constant force (in W) and torque (in B)",
+    "sine-wrench": "a swinging force (in W) and torque (in B)",
+    "wrench-profile": "a force (in W) and torque (in B) over time",
+    "rotor-momentum": "the spinning rotors carry angular momentum",
+}
+# What an effect without numbers of its own takes from the vehicle: field, unit.
+_OWN_VALUES = {
+    "rotor-lag": (("time_constant_up", "ms"), ("time_constant_down", "ms")),
+    "speed-limits": (("speed_min", "Hz"), ("speed_max", "Hz")),
+    "dead-band": (("dead_band", "Hz"),),
+    "servo-lag": (("servo_time_constant", "ms"),),
+    "servo-rate-limit": (("servo_rate_max", "deg_per_s"),),
+}
+_FIELD_UNITS = {
+    "mass": ("", "kg"),
+    "inertia": ("", "kg m²"),
+    "rotor_position": ("", "m"),
+    "thrust_coefficient": ("N_per_Hz2", "N/Hz²"),
+    "drag_coefficient": ("Nm_per_Hz2", "N m/Hz²"),
+    "speed_min": ("Hz", "Hz"),
+    "speed_max": ("Hz", "Hz"),
+    "dead_band": ("Hz", "Hz"),
+    "time_constant_up": ("ms", "ms"),
+    "time_constant_down": ("ms", "ms"),
+    "spin_inertia": ("", "kg m²"),
+    "servo_angle_min": ("deg", "°"),
+    "servo_angle_max": ("deg", "°"),
+    "servo_rate_max": ("deg_per_s", "°/s"),
+    "servo_time_constant": ("ms", "ms"),
+    "filter_cutoff": ("Hz", "Hz"),
+}
+_UNITS = (
+    ("_mrad_per_s", "mrad/s"),
+    ("_cm_per_s", "cm/s"),
+    ("_deg_per_s", "°/s"),
+    ("_mrad", "mrad"),
+    ("_deg", "°"),
+    ("_mm", "mm"),
+    ("_ms", "ms"),
+    ("_Hz", "Hz"),
+    ("_Nm", "N m"),
+    ("_N", "N"),
+    ("_s", "s"),
+)
+
+
+def number(value: float | None, digits: int = 4) -> str:
+    """Return a number to so many significant digits as print sets it; a dash if there is none.
+
+    Examples
+    --------
+    >>> number(1764.3219), number(-0.000473, 3), number(2.2e-16, 2), number(None)
+    ('1764', '−0.000473', '2.2e−16', '—')
+    """
+    if value is None or not math.isfinite(value):
+        return "—"
+    if value != 0 and 10.0**digits <= abs(value) < 1e7:
+        text = f"{value:,.0f}" if abs(value) >= 1e4 else f"{value:.0f}"
+    else:
+        text = f"{value:.{digits}g}"
+    return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "−")
+
+
+def metrics_table(caption: str, columns: Mapping[str, Metrics]) -> Table:
+    """Return the metrics of several flights side by side, a row a metric."""
+    rows = [
+        [
+            measure.words,
+            *(number(measure.factor * getattr(metrics, key)) for metrics in columns.values()),
+            measure.unit,
+        ]
+        for key, measure in MEASURES.items()
+    ]
+    outcomes = [metrics.outcome.replace("_", " ") for metrics in columns.values()]
+    rows.append(["outcome", *outcomes, ""])
+    head = ["", *columns, "unit"]
+    return Table(caption, head, rows, frozenset(range(1, len(columns) + 1)))
+
+
+def trajectory_table(run: Run) -> Table:
+    """Return the segments of the run's reference, a row a segment; no rows if it has none."""
+    reference = json.loads(run.provenance.scenario_text or "{}").get("reference", {})
+    rows, begin = [], 0.0
+    for segment in reference.get("segment", []):
+        end = begin + segment["duration_s"]
+        rows.append([f"{begin:g} to {end:g}", _what_it_does(segment)])
+        begin = end
+    return Table(
+        "The trajectory, from rest to rest in each segment; moves and axes in the world frame.",
+        ["time (s)", "motion"],
+        rows,
+    )
+
+
+def plant_table(run: Run) -> Table:
+    """Return how the plant of a run was imperfect, a row an effect, with every number."""
+    plant = json.loads(run.provenance.scenario_text or "{}").get("plant", {})
+    provenance = run.provenance
+    rows = [
+        ["physics step", f"{from_SI(provenance.physics_step, 'ms'):g} ms", _integrator(plant)],
+        [
+            "control period",
+            f"{from_SI(provenance.control_period, 'ms'):g} ms",
+            "the command is held in between",
+        ],
+    ]
+    for effect in plant.get("effects", []):
+        kind = effect["kind"]
+        words = _EFFECTS.get(kind, "")
+        rows.append([kind.replace("-", " "), _effect_numbers(effect, run.vehicle), words])
+    caption = f"The plant “{provenance.plant_name}”: how the vehicle really behaves."
+    texts = [[str(cell or "") for cell in row] for row in rows]
+    return Table(caption, ["", "numbers", "what it means"], texts)
+
+
+def source_table(vehicle: Vehicle, caption: str, names: Sequence[str]) -> Table:
+    """Return some of the vehicle's fields with their numbers and where these come from."""
+    rows = [
+        [name.replace("_", " "), _field_numbers(vehicle, name), vehicle.sources[name].text]
+        for name in names
+    ]
+    return Table(caption, ["", "number", "where it comes from"], rows)
+
+
+def _field_numbers(vehicle: Vehicle, name: str) -> str:
+    """Return what a field of the vehicle holds, in the unit people use; "" for directions."""
+    if name not in _FIELD_UNITS:
+        return ""
+    unit, shown = _FIELD_UNITS[name]
+    value = from_SI(np.asarray(getattr(vehicle, name)), unit)
+    if name == "inertia":
+        return f"diag{_vector(np.diag(value))} {shown}"
+    values = np.unique(np.abs(value) if name == "rotor_position" else value)
+    if len(values) > 2:
+        return ""
+    sign = "±" if name == "rotor_position" else ""
+    gap = "" if shown.startswith("°") else " "
+    return sign + " and ".join(number(float(v)) for v in values) + gap + shown
+
+
+def _integrator(plant: Mapping[str, Any]) -> str:
+    return (
+        str(plant.get("integrator", ""))
+        .replace("-euler", " Euler")
+        .replace("runge-kutta-4", "Runge–Kutta 4")
+    )
+
+
+def _what_it_does(segment: Mapping[str, Any]) -> str:
+    parts = []
+    move = np.asarray(segment.get("move_m", np.zeros(3)), dtype=np.float64)
+    if move.any():
+        parts.append("move by " + _vector(move) + " m")
+    angle = segment.get("rotation_angle_deg", 0.0)
+    if angle:
+        axis = np.asarray(segment.get("rotation_axis_W", (0.0, 0.0, 1.0)), dtype=np.float64)
+        parts.append(f"turn by {number(angle)}° about {_vector(axis)}")
+    return " and ".join(parts) or "rest"
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(number(float(value)) for value in values) + ")"
+
+
+def _effect_numbers(effect: Mapping[str, Any], vehicle: Vehicle) -> str:
+    own = [_named(key, value) for key, value in effect.items() if key != "kind"]
+    numbers = [text for text in own if text]
+    if not numbers:
+        for field, unit in _OWN_VALUES.get(effect["kind"], ()):
+            values = np.unique(from_SI(getattr(vehicle, field), unit))
+            shown = " to ".join(number(float(value)) for value in values[[0, -1][: len(values)]])
+            numbers.append(_named(f"{field}_{unit}", shown))
+    return ", ".join(numbers)
+
+
+def _named(key: str, value: Any) -> str:
+    """Return a key with its unit, and a value, as words: ``time constant up 20 ms``."""
+    if value is False or value is None:
+        return ""
+    unit = next((ending for ending in _UNITS if key.endswith(ending[0])), ("", ""))
+    name = key.removesuffix(unit[0]).replace("_", " ")
+    if value is True:
+        return name
+    if isinstance(value, list):
+        value = _vector(np.ravel(value)) if np.size(value) <= 18 else "many"
+    elif not isinstance(value, str):
+        value = number(float(value))
+    return f"{name} {value} {unit[1]}".replace(" °", "°").strip()

@@ -1,0 +1,97 @@
+"""Curves thinned to what the eye can see, with every spike kept."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnimorph.protocols import FloatArray
+
+__all__ = ["Band", "band", "thin"]
+
+
+class Band(NamedTuple):
+    """A noisy curve in columns of equal length: (columns,) arrays.
+
+    Attributes
+    ----------
+    time : array, s
+        Middle of each column.
+    low, mean, high : array
+        Smallest value, mean and largest value within the column.
+    """
+
+    time: FloatArray
+    low: FloatArray
+    mean: FloatArray
+    high: FloatArray
+
+
+def thin(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Keep the smallest and the largest value of each pixel column, and both ends of the curve.
+
+    Drawn with lines between the points, the result looks like the whole curve as long as there are
+    at least as many columns as pixels.
+
+    Parameters
+    ----------
+    time, values : (K,) arrays
+        The curve, evenly spaced in time.
+    columns : int
+        At least 1.
+
+    Returns
+    -------
+    time, values : (at most 2 columns + 2,) arrays
+        Rows of the curve, in their order.
+
+    Examples
+    --------
+    >>> spike = np.zeros(45001)
+    >>> spike[31415] = 1.0
+    >>> t, v = thin(np.arange(45001) * 1e-3, spike, 100)
+    >>> len(t) <= 202, float(v.max()), float(t[v.argmax()])
+    (True, 1.0, 31.415)
+    """
+    rows = len(values)
+    if rows <= 2 * columns + 2:
+        return time, values
+    blocks, starts = _blocks(values, columns)
+    last = rows - 1
+    kept = np.concatenate(
+        [[0, last], starts + blocks.argmin(axis=1), starts + blocks.argmax(axis=1)]
+    )
+    kept = np.unique(np.minimum(kept, last))
+    return time[kept], values[kept]
+
+
+def band(time: FloatArray, values: FloatArray, columns: int) -> Band:
+    """Return the smallest value, the mean and the largest value of each column.
+
+    Parameters
+    ----------
+    time, values : (K,) arrays
+        The curve, evenly spaced in time.
+    columns : int
+        At least 1; fewer are returned if there are fewer rows.
+
+    Examples
+    --------
+    >>> shown = band(np.arange(4.0), np.array([1.0, 3.0, -2.0, 0.0]), 2)
+    >>> shown.low.tolist(), shown.mean.tolist(), shown.high.tolist()
+    ([1.0, -2.0], [2.0, -1.0], [3.0, 0.0])
+    """
+    columns = min(columns, len(values))
+    blocks, _ = _blocks(values, columns)
+    middle = _blocks(time, columns)[0].mean(axis=1)
+    return Band(middle, blocks.min(axis=1), blocks.mean(axis=1), blocks.max(axis=1))
+
+
+def _blocks(values: FloatArray, columns: int) -> tuple[FloatArray, NDArray[np.int64]]:
+    """Return the values in rows of equal length, the last value repeated, and where each begins."""
+    length = -(-len(values) // columns)
+    count = -(-len(values) // length)
+    padded: FloatArray = np.pad(values, (0, count * length - len(values)), mode="edge")
+    return padded.reshape(count, length), length * np.arange(count, dtype=np.int64)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
-from omnimorph.cli.folder import check_folder, staged
+from omnimorph.results.folder import check_folder, staged
 
 if TYPE_CHECKING:
     from omnimorph import Run, Scenario

@@ -1,4 +1,4 @@
-"""The folder a command writes into: everything it wrote appears at once, or nothing does."""
+"""A folder that results are written into: all of them appear at once, or nothing does."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = ["check_folder", "staged"]
+__all__ = ["check_folder", "is_left_over", "staged"]
+
+_PART_START, _PART_END = ".omnimorph-", ".part"
 
 
 def check_folder(out: Path) -> None:
@@ -32,8 +34,13 @@ def check_folder(out: Path) -> None:
             raise InputError(f"{out}: cannot be written to, because {nearest} is read-only.")
 
 
+def is_left_over(path: Path) -> bool:
+    """Tell whether a path is what a killed process left."""
+    return path.name.startswith(_PART_START) and path.name.endswith(_PART_END)
+
+
 @contextmanager
-def staged(out: Path) -> Iterator[Path]:
+def staged(out: Path, first: str = "") -> Iterator[Path]:
     """Give a folder to write into; its files then move to `out`, over older ones of their names.
 
     If anything goes wrong, or the user interrupts, nothing of it is left: neither the files nor
@@ -43,6 +50,8 @@ def staged(out: Path) -> Iterator[Path]:
     ----------
     out : Path
         The folder; it is made if need be.
+    first : str
+        Name of the file that moves before the others, if it matters.
 
     Raises
     ------
@@ -57,14 +66,14 @@ def staged(out: Path) -> Iterator[Path]:
     try:
         with _told(out):
             home = out.absolute() if out.is_dir() else out.absolute().parent
-            part = home / f".omnimorph-{secrets.token_hex(6)}.part"
+            part = home / f"{_PART_START}{secrets.token_hex(6)}{_PART_END}"
             for path in reversed([path for path in (part, *part.parents) if not path.exists()]):
                 path.mkdir()
                 made.append(path)
         with _told(out, part):
             yield part
             with _uninterrupted():
-                _publish(part, out)
+                _publish(part, out, first)
     except KeyboardInterrupt:
         raise KeyboardInterrupt(f"nothing was written to {out}.") from None
     finally:
@@ -76,12 +85,13 @@ def staged(out: Path) -> Iterator[Path]:
                     path.rmdir()
 
 
-def _publish(part: Path, out: Path) -> None:
+def _publish(part: Path, out: Path, first: str) -> None:
     """Move everything from one folder to the other; `out` may be there or not."""
     if not out.is_dir():
         part.rename(out)
         return
-    files = [path for path in part.rglob("*") if not path.is_dir()]
+    files = sorted(path for path in part.rglob("*") if not path.is_dir())
+    files.sort(key=lambda path: path.name != first)
     targets = [out / path.relative_to(part) for path in files]
     for target in targets:
         if target.is_dir():

@@ -15,7 +15,13 @@ HEADERS = sorted((CORE / "include").rglob("*.hpp"))
 
 STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", f"-I{CORE / 'include'}"]
 PLAIN = ["-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
-SANITISED = ["-O1", "-g", "-ffp-contract=off", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITISED = [
+    "-O1",
+    "-g",
+    "-ffp-contract=off",
+    "-fsanitize=address,undefined",
+    "-fno-sanitize-recover=all",
+]
 
 
 def run(command: list[str]) -> str:

@@ -57,7 +57,7 @@ def random_hessian(generator: np.random.Generator, n: int, condition: float) -> 
 def random_problem(
     generator: np.random.Generator, n: int, condition: float, at_bounds: int, degenerate: bool
 ) -> tuple[Problem, FloatArray]:
-    """A problem with its solution: given `at_bounds` active bounds and their multipliers, g follows.
+    """A problem with its solution: from the active bounds and their multipliers follows g.
 
     If it is degenerate, one of the multipliers is zero, or a free variable lies on its bound.
     """

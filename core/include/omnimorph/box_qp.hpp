@@ -1,12 +1,13 @@
 // The small dense box QP: minimise x'Hx/2 + g'x over lower <= x <= upper, H symmetric positive definite.
 //
-// Block principal pivoting (J. J. Júdice, F. M. Pires, "A block principal pivoting algorithm for large-scale strictly
-// monotone linear complementarity problems", Computers & OR 21, 1994). Steps of one iteration:
+// First by block principal pivoting (J. J. Júdice, F. M. Pires, "A block principal pivoting algorithm for large-scale
+// strictly monotone linear complementarity problems", Computers & OR 21, 1994); one exchange:
 //   1. fix the variables of the active set at their bounds and solve for the free ones (LDL'),
 //   2. take the gradient, the multipliers of the bounds,
 //   3. exchange every variable that violates its bound or the sign of its multiplier; stop when there is none.
-// If exchanging all of them fails to reduce their number several times, only the last one is exchanged (Murty's rule),
-// which ends for every positive definite H. The answer is exact for its active set; the KKT residual proves it.
+// A warm start is nearly always right at once. In the rare problem that has not settled after a few exchanges, a primal
+// active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in every
+// step. The answer is exact for its active set; the KKT residual proves it.
 #pragma once
 
 #include "vehicle.hpp"
@@ -24,14 +25,14 @@ template <class T, int N> struct BoxQpSolution {
     PerRotor<T, N> x;
     PerRotor<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
     T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
-    int iterations;         // of the slowest lane
+    int iterations;         // systems solved, until the slowest lane was done
 };
 
 namespace box_qp {
 
 inline constexpr double tolerance = 1e-13;
-inline constexpr int block_exchanges_without_progress = 4;
-inline constexpr int most_iterations = 400;
+inline constexpr int most_exchanges = 10;
+inline constexpr int most_steps = 400;
 
 /// H with the rows and columns of the active set taken out (those of the identity put in), and the right side that
 /// leaves for the free variables; for an active one its bound.
@@ -130,31 +131,77 @@ inline T kkt_residual(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerR
 
 }  // namespace box_qp
 
-/// Solve from the active set that `s` brings. A lane that is done repeats its answer while the others go on.
-template <class T, int N> inline void solve(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
-    using namespace box_qp;
-    T fewest_violations = T(2 * most_rotors), patience = T(block_exchanges_without_progress);
+namespace box_qp {
+
+/// Block principal pivoting; tells in which lanes it settled. A settled lane repeats its answer while the others go on.
+template <class T, int N> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
     for (s.iterations = 1;; ++s.iterations) {
         solve_free(qp, s);
         const PerRotor<T, N> multiplier = gradient(qp, s.x);
         const PerRotor<T, N> corrected = corrected_active_set(qp, s, multiplier);
-        T violations = T(0);
-        for (int i = 0; i < qp.n; ++i) violations += select(corrected[i] == s.active[i], T(0), T(1));
-        if (!any(violations > T(0)) || s.iterations == most_iterations) {
-            s.kkt_residual = box_qp::kkt_residual(qp, s.x, multiplier);
-            for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
-            return;
+        Mask<T> settled = T(0) == T(0);
+        for (int i = 0; i < qp.n; ++i) settled = both(settled, corrected[i] == s.active[i]);
+        if (!any(opposite(settled)) || s.iterations == most_exchanges) {
+            s.kkt_residual = kkt_residual(qp, s.x, multiplier);
+            return settled;
         }
-        const Mask<T> progress = violations < fewest_violations;
-        fewest_violations = minimum(fewest_violations, violations);
-        patience = select(progress, T(block_exchanges_without_progress), patience - T(1));
-        Mask<T> exchange_more = violations > T(0);
-        for (int i = int(qp.n) - 1; i >= 0; --i) {
-            const Mask<T> change = both(exchange_more, opposite(corrected[i] == s.active[i]));
-            s.active[i] = select(change, corrected[i], s.active[i]);
-            exchange_more = both(exchange_more, either(patience > T(0), opposite(change)));
-        }
+        s.active = corrected;
     }
+}
+
+/// The share of the way from x to the target that keeps every variable within its bounds.
+template <class T, int N>
+inline T feasible_share(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerRotor<T, N>& target, PerRotor<T, N>& share) {
+    T least = T(1);
+    for (int i = 0; i < qp.n; ++i) {
+        const T bound = select(target[i] < x[i], qp.lower[i], qp.upper[i]);
+        const Mask<T> beyond = both(opposite(target[i] == x[i]), magnitude(target[i] - x[i]) > magnitude(bound - x[i]));
+        share[i] = select(beyond, (bound - x[i]) / select(beyond, target[i] - x[i], T(1)), T(2));
+        least = minimum(least, share[i]);
+    }
+    return least;
+}
+
+/// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
+/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
+template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Mask<T> settled) {
+    PerRotor<T, N> x;
+    for (int i = 0; i < qp.n; ++i) {
+        x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
+        const T at_bound = select(x[i] <= qp.lower[i], T(-1), select(x[i] >= qp.upper[i], T(1), T(0)));
+        s.active[i] = select(settled, s.active[i], at_bound);
+    }
+    for (const int last = s.iterations + most_steps; any(opposite(settled)) && s.iterations < last; ++s.iterations) {
+        solve_free(qp, s);
+        PerRotor<T, N> share;
+        const T way = feasible_share(qp, x, s.x, share);
+        for (int i = 0; i < qp.n; ++i) {
+            const T bound = select(s.x[i] < x[i], qp.lower[i], qp.upper[i]);
+            const Mask<T> stopped = both(share[i] <= way, opposite(settled));
+            s.active[i] = select(stopped, select(s.x[i] < x[i], T(-1), T(1)), s.active[i]);
+            x[i] = select(stopped, bound, select(way < T(1), x[i] + way * (s.x[i] - x[i]), s.x[i]));
+        }
+        const PerRotor<T, N> multiplier = gradient(qp, x);
+        T worst = T(tolerance);
+        for (int i = 0; i < qp.n; ++i) worst = maximum(worst, s.active[i] * multiplier[i]);
+        const Mask<T> arrived = opposite(way < T(1));
+        settled = either(settled, both(arrived, worst <= T(tolerance)));
+        for (int i = 0; i < qp.n; ++i) {
+            const Mask<T> freed = both(both(arrived, opposite(settled)), s.active[i] * multiplier[i] >= worst);
+            s.active[i] = select(freed, T(0), s.active[i]);
+        }
+        s.kkt_residual = kkt_residual(qp, x, multiplier);
+    }
+    s.x = x;
+}
+
+}  // namespace box_qp
+
+/// Solve, starting from the active set that `s` brings.
+template <class T, int N> inline void solve(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+    const Mask<T> settled = box_qp::exchange_blocks(qp, s);
+    if (any(opposite(settled))) box_qp::walk_down(qp, s, settled);
+    for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
 }
 
 }  // namespace omnimorph

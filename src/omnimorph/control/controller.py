@@ -34,10 +34,10 @@ def core_settings(
     for name in ("W1", "W3"):
         if np.size(getattr(rule, name)) not in (1, vehicle.n_rotors):
             allowed = f"one number, or one for each of the {vehicle.n_rotors} rotors"
-            raise ScenarioError.at(rule.kind, name, getattr(rule, name), allowed)
+            raise _refusal(rule, name, allowed)
     input_weight, change_weight = (rule.per_thrust(vehicle, name) for name in ("W1", "W3"))
     if not (input_weight + change_weight > 0).all():
-        raise ScenarioError.at(rule.kind, "W1", rule.W1, "positive, or W3 must be")
+        raise _refusal(rule, "W1", "positive, or W3 must be")
     return _core.make_controller_settings(
         as_core(vehicle),
         velocity=gains.axes("velocity"),
@@ -50,6 +50,12 @@ def core_settings(
         three_candidates=three,
         tilt_change=float(vehicle.servo_rate_max[0] * control_period) if three else 0.0,
     )
+
+
+def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:
+    """Build the error for a weight, told as the file has it."""
+    key = f"{name}_per_Hz4"
+    return ScenarioError.at(rule.kind, key, rule.as_file()[key], allowed)
 
 
 class PoseController:

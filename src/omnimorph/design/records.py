@@ -84,6 +84,9 @@ class Record:
                 object.__setattr__(self, field.name, value)
             if field.metadata and value is not None and not _is_allowed(value, field.metadata):
                 raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
+            if isinstance(field.default, bool | str) and type(value) is not type(field.default):
+                allowed = "true or false" if isinstance(field.default, bool) else "text"
+                raise ScenarioError.at(self.kind, field.name, value, allowed)
 
     @classmethod
     def from_file(cls, content: BaseModel) -> Self:

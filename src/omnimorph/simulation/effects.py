@@ -144,7 +144,7 @@ class DeadBand(Effect):
     smallest : float, optional, rad/s
         The vehicle's own by default.
     reversal_time : float, s
-        Rest between the two directions.
+        Rest between the two directions; none for a rotor whose band is 0.
     """
 
     kind: ClassVar[str] = "dead-band"

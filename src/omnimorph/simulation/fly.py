@@ -124,11 +124,15 @@ class _Loop:
 
     def __init__(self, scenario: Scenario, seed: int, flight: int) -> None:
         self.scenario, self.seed, self.flight = scenario, seed, flight
+        for name, number, bits in (("seed", seed, 64), ("flight", flight, 32)):
+            if not (isinstance(number, int) and 0 <= number < 2**bits):
+                raise ScenarioError.at("fly", name, number, f"an integer from 0 to 2**{bits} - 1")
         vehicle, plant = scenario.vehicle, scenario.plant
-        self.steps = round(scenario.reference.duration / plant.physics_step)
-        if not 1 <= self.steps <= _MOST_STEPS:
+        steps = scenario.reference.duration / plant.physics_step
+        if not 0.5 < steps <= _MOST_STEPS:
             allowed = f"from one physics step to {_MOST_STEPS} of them"
             raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+        self.steps = round(steps)
         self.control_every = control_steps(plant)
         self.columns = _empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
         self.settings = core_settings(
@@ -184,16 +188,19 @@ class _Loop:
         return _OUTCOMES[core.status]
 
     def _integrate(self, disturbance: Disturbance | None) -> None:
+        """Fly one control period, or what is left; the last row is recorded without a push."""
         if disturbance is None:
             self.core.integrate(self.control_every, _NO_DISTURBANCE)
             return
-        for _ in range(self.control_every):
+        for _ in range(min(self.control_every, self.steps - self.core.step)):
             time = self.core.step * self.scenario.plant.physics_step
-            push = np.asarray(disturbance(time, as_state(self.core.motion())), dtype=np.float64)
+            push = _numbers("the disturbance", disturbance(time, as_state(self.core.motion())))
             if push.shape != (6,):
                 allowed = "six numbers, force in W and torque in B"
                 raise ScenarioError.at("the disturbance", "shape", push.shape, allowed)
             self.core.integrate(1, push)
+        if self.core.step == self.steps:
+            self.core.integrate(1, _NO_DISTURBANCE)
 
     def _ask(
         self,
@@ -265,11 +272,29 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
         return _core.Reference(reference.as_table(), nothing)
     times = np.arange(steps + 1) * scenario.plant.physics_step
     sample = getattr(reference, "sample", None)
-    rows = sample(times) if sample else np.array([state_row(*reference(t)) for t in times.tolist()])
+    rows = sample(times) if sample else np.array([_row(reference, t) for t in times.tolist()])
     if not np.isfinite(rows).all():
         at = times[np.argmin(np.isfinite(rows).all(axis=1))]
         raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")
     return _core.Reference(nothing, np.ascontiguousarray(rows))
+
+
+def _row(reference: Reference, time: float) -> FloatArray:
+    """Return the 24 numbers of a point of a reference written in Python."""
+    point = reference(time)
+    row = state_row(*point) if isinstance(point, tuple) else np.zeros(0)
+    if row.shape != (24,):
+        allowed = "an omnimorph.Desired: position, attitude and their first two derivatives"
+        raise ScenarioError.at("the reference", f"the point at {time:g} s", point, allowed)
+    return row
+
+
+def _numbers(what: str, answer: Any) -> FloatArray:
+    """Return what a part written in Python answered as an array of float64."""
+    try:
+        return np.asarray(answer, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ScenarioError.at(what, "answer", answer, "numbers") from None
 
 
 def _as_desired(row: FloatArray) -> Desired:

@@ -66,6 +66,8 @@ class PlantModel(Record):
             allowed = " or ".join(INTEGRATORS)
             raise ScenarioError.at("plant", "integrator", self.integrator, allowed)
         control_steps(self)
+        if not isinstance(self.effects, tuple):
+            raise ScenarioError.at("plant", "effects", self.effects, "a sequence of effects")
         seen: set[str] = set()
         for effect in self.effects:
             if not isinstance(effect, Effect):
@@ -148,6 +150,8 @@ class SimulatedPlant:
         self.plant = plant
         self._steps_of_control = control_steps(plant)
         row = state_row(*start)
+        if row.shape != (18,) or not np.isfinite(row).all():
+            raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
         unused_reference = np.concatenate([row, np.zeros(6)])
         self._flight = _core.new_flight(
             plant=plant.build_settings(vehicle),
@@ -195,7 +199,10 @@ class SimulatedPlant:
         return as_state(self._flight.measure())
 
     def send(self, command: Command) -> None:
-        """Put a command on its way to the actuators."""
+        """Put a command on its way to the actuators; at the beginning of a control period."""
+        if self._flight.step % self._steps_of_control:
+            allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
+            raise ScenarioError.at("plant", "time of the command", self.time, allowed)
         if not send(self._flight, command, _NO_WRENCH):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
 
@@ -204,6 +211,9 @@ class SimulatedPlant:
 
         `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
+        if steps < 0 or not np.isfinite(disturbance).all():
+            allowed = "at least no step, under a finite wrench"
+            raise ScenarioError.at("plant", "steps and disturbance", (steps, disturbance), allowed)
         self._flight.integrate(steps, disturbance)
         return self.state
 

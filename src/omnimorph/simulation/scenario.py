@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -75,6 +76,9 @@ class Scenario:
             shown = ", ".join(f"{math.degrees(a):g} to {math.degrees(b):g}" for a, b in limits)
             degrees = np.degrees(tilt).round(9)
             raise ScenarioError.at(self.name, "start_tilt_deg", degrees, f"within {shown} degrees")
+        # What does not fit the vehicle is refused here, with the name of its file, not in flight.
+        self.plant.build_settings(vehicle)
+        core_settings(vehicle, self.gains, self.allocator, self.plant.control_period)
 
     @property
     def tilt(self) -> FloatArray:

@@ -95,9 +95,10 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     document, file = _with_bases(name_or_path, [])
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
-    vehicle = load_vehicle(_beside(content.vehicle, folder))
+    vehicle = _named(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
     if isinstance(content.plant, str):
-        plant = load_plant(_beside(content.plant, folder))
+        beside = _beside(content.plant, folder)
+        plant = _named(file, lambda: load_plant(beside))
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
     gains = TrackingGains.from_file(content.controller)
@@ -150,9 +151,22 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
     if file in above or len(above) == _MOST_BASES:
         raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
     below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
+    below = _seen_from_above(below, Path(base).parent)
     if "name" not in document:
         raise ScenarioError.at(file, "name", MISSING, "the scenario's own name")
     return _laid_over(document, below), file
+
+
+def _seen_from_above(document: Document, folder: Path) -> Document:
+    """Return a base's document with the files it mentions named from the folder of its user."""
+    moved = dict(document)
+    for key in ("vehicle", "plant"):
+        if isinstance(moved.get(key), str):
+            moved[key] = _beside(moved[key], folder)
+    reference = moved.get("reference")
+    if isinstance(reference, dict) and isinstance(reference.get("file"), str):
+        moved["reference"] = reference | {"file": str(folder / reference["file"])}
+    return moved
 
 
 def _laid_over(upper: Document, lower: Document) -> Document:
@@ -190,7 +204,7 @@ def _plant_from(content: Any, name: str) -> PlantModel:
 
 def _reference_from(content: Any, folder: Path) -> Reference:
     if isinstance(content, schema.Samples):
-        return SampledReference.from_csv(_beside(content.file, folder))
+        return SampledReference.from_csv(str(folder / content.file))
     if isinstance(content, schema.Waypoints):
         points = content.waypoint
         turned = any(point.quaternion_wxyz is not None for point in points)

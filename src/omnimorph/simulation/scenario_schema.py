@@ -11,7 +11,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from omnimorph.control.allocators import FixedTilt, ThreeCandidates
 from omnimorph.control.tracking import TrackingGains
@@ -26,7 +26,16 @@ _SECONDS = "a positive number of seconds"
 _MILLISECONDS = "a positive number of milliseconds"
 _QUATERNION = "four numbers w, x, y, z of unit length"
 
-Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4)]
+
+def _unit(quaternion: list[float]) -> list[float]:
+    """Return a quaternion that is nearly of unit length with unit length."""
+    length = float(np.linalg.norm(quaternion))
+    if abs(length - 1.0) > 0.01:
+        raise ValueError(_QUATERNION)
+    return [number / length for number in quaternion]
+
+
+Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4), AfterValidator(_unit)]
 
 if TYPE_CHECKING:
     AnyEffect = Any
@@ -115,7 +124,19 @@ class PlantFile(Table):
     )
     name: str = Field(min_length=1, description="a name")
     title: str = Field(default="", description="one line of text")
-    plant: PlantTable
+    plant: PlantTable = Field(description="a table, written [plant]")
+
+
+def _table_or_name(value: Any) -> str:
+    """Tell which of the two a plant in a scenario is, so that only its own mistakes are told."""
+    return "table" if isinstance(value, dict | PlantTable) else "name"
+
+
+PlantName = Annotated[str, Field(min_length=1)]
+AnyPlant = Annotated[
+    Annotated[PlantName, Tag("name")] | Annotated[PlantTable, Tag("table")],
+    Discriminator(_table_or_name),
+]
 
 
 class ScenarioFile(Table):
@@ -127,7 +148,7 @@ class ScenarioFile(Table):
     name: str = Field(min_length=1, description="a name")
     title: str = Field(default="", description="one line of text")
     vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")
-    plant: str | PlantTable = Field(description="a name of the catalogue, a plant file, or a table")
+    plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
     controller: ControllerTable = Field(description="a table with the allocator and the gains")
     reference: AnyReference = Field(description="a table with the kind of reference")
     start_tilt_deg: Number = Field(default=0.0, description="a finite number of degrees")

@@ -17,9 +17,10 @@ template <class T, int N> class CommandDelay {
             in_force_ = command;
             return;
         }
-        arrival_[newest_ % places] = step + steps_;
-        under_way_[newest_ % places] = command;
-        ++newest_;
+        const bool replaces = oldest_ < newest_ && arrival_[(newest_ - 1) % places] == step + steps_;  // sent twice in a step
+        if (!replaces) ++newest_;
+        arrival_[(newest_ - 1) % places] = step + steps_;
+        under_way_[(newest_ - 1) % places] = command;
     }
     const Command<T, N>& in_force(long step) {
         while (oldest_ < newest_ && arrival_[oldest_ % places] <= step) in_force_ = under_way_[oldest_++ % places];

@@ -1,0 +1,205 @@
+"""All measurements, one after the other; those that are compared take turns."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+from omnimorph.bench.flights import (
+    ControlTimes,
+    LoopTimes,
+    time_control_steps,
+    time_loops,
+    time_python_loop,
+)
+from omnimorph.bench.measurement import BenchReport, Measurement
+from omnimorph.bench.processes import ProcessCost, cost_of_flight, cost_of_help, cost_of_import
+from omnimorph.bench.provenance import provenance_of_machine
+
+__all__ = ["measure"]
+
+Progress = Callable[[int, int], None]
+Aim = Literal["at least", "at most"]
+
+
+class _Round(NamedTuple):
+    """What one round measured."""
+
+    loops: LoopTimes
+    control: ControlTimes
+    python_loop: float
+    flight: ProcessCost
+    importing: ProcessCost
+    help: ProcessCost
+
+
+def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport:
+    """Measure everything on this machine; about half a minute.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called after each round with the number done and the number of all.
+    rounds : int
+        How often each number is measured.
+
+    Returns
+    -------
+    BenchReport
+        Every number with its spread and target, and what it depends on.
+
+    Raises
+    ------
+    RuntimeError
+        If a process that is timed fails.
+    """
+    provenance = provenance_of_machine()
+    began = time.perf_counter()
+    time_loops()
+    warm_up = time.perf_counter() - began
+    done: list[_Round] = []
+    for _ in range(rounds):
+        done.append(
+            _Round(
+                time_loops(),
+                time_control_steps(),
+                time_python_loop(),
+                cost_of_flight(),
+                cost_of_import(),
+                cost_of_help(),
+            )
+        )
+        if progress is not None:
+            progress(len(done), rounds)
+    rows = (*_loop_rows(done, warm_up), *_python_rows(done), *_process_rows(done))
+    return BenchReport(measurements=rows, provenance=provenance)
+
+
+def _row(
+    name: str,
+    what: str,
+    unit: str,
+    samples: list[float],
+    target: float | None = None,
+    aim: Aim = "at most",
+) -> Measurement:
+    return Measurement(
+        name=name, what=what, unit=unit, samples=tuple(samples), target=target, aim=aim
+    )
+
+
+def _loop_rows(done: list[_Round], warm_up: float) -> list[Measurement]:
+    loops = [one.loops for one in done]
+    rate = "steps/s"
+    return [
+        _row(
+            "core_case_a_steps_per_s",
+            "one vehicle, Case A, perfect plant, three QPs at every 1 kHz step, recorded",
+            rate,
+            [one.core_case_a for one in loops],
+            1.5e6,
+            "at least",
+        ),
+        _row(
+            "core_case_b_steps_per_s",
+            "the same of Case B",
+            rate,
+            [one.core_case_b for one in loops],
+            1.5e6,
+            "at least",
+        ),
+        _row(
+            "whole_call_case_a_steps_per_s",
+            "Case A as fly(...) is called: setting up and the Run included",
+            rate,
+            [one.whole_call_case_a for one in loops],
+        ),
+        _row(
+            "textbook_steps_per_s",
+            "the first 0.25 s of Case A in the textbook (NumPy and DAQP)",
+            rate,
+            [one.textbook for one in loops],
+        ),
+        _row(
+            "core_over_textbook",
+            "Case A: core over textbook, in turns",
+            "times",
+            [one.core_case_a / one.textbook for one in loops],
+            200.0,
+            "at least",
+        ),
+        _row(
+            "core_textbook_difference_m",
+            "largest difference in position over those 0.25 s",
+            "m",
+            [one.difference for one in loops],
+            1e-11,
+        ),
+        _row(
+            "realistic_flight_s",
+            "45 s of Case A in the realistic plant, control at 250 Hz, recorded",
+            "s",
+            [one.realistic for one in loops],
+        ),
+        _row("first_round_s", "the first round of all these, before any counted", "s", [warm_up]),
+    ]
+
+
+def _python_rows(done: list[_Round]) -> list[Measurement]:
+    return [
+        _row(
+            "control_step_us",
+            "one control step called from Python, thrust and tilt read: median",
+            "µs",
+            [1e6 * one.control.median for one in done],
+            3.0,
+        ),
+        _row(
+            "control_step_p99_us",
+            "the same: 99 of 100 steps take less",
+            "µs",
+            [1e6 * one.control.almost_all for one in done],
+        ),
+        _row(
+            "python_controller_steps_per_s",
+            "flying with a trivial controller written in Python",
+            "steps/s",
+            [one.python_loop for one in done],
+            30e3,
+            "at least",
+        ),
+    ]
+
+
+def _process_rows(done: list[_Round]) -> list[Measurement]:
+    return [
+        _row(
+            "cold_flight_s",
+            "`omnimorph fly paper-case-a` from a cold process, files written",
+            "s",
+            [one.flight.wall for one in done],
+            1.5,
+        ),
+        _row(
+            "cold_flight_MB",
+            "its peak memory",
+            "MB",
+            [one.flight.memory for one in done],
+            150.0,
+        ),
+        _row(
+            "import_s",
+            "`python -c 'import omnimorph'`, Python's own start included",
+            "s",
+            [one.importing.wall for one in done],
+            0.25,
+        ),
+        _row(
+            "help_s",
+            "`omnimorph --help`",
+            "s",
+            [one.help.wall for one in done],
+            0.35,
+        ),
+    ]

@@ -1,0 +1,39 @@
+"""Every example runs, and prints what its text promises."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
+
+
+def run(example: Path, folder: Path) -> str:
+    """Run an example as a user does; return what it prints."""
+    command = [sys.executable, "-W", "error", str(example)]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_example_runs(example: Path, tmp_path: Path) -> None:
+    assert run(example, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_own_controller_flies_like_the_papers(tmp_path: Path) -> None:
+    lines = run(EXAMPLES[0], tmp_path).splitlines()
+    assert [line.split(": ")[-1] for line in lines if ": " in line] == [
+        "The flight was completed."
+    ] * 2
+
+
+def test_worn_rotors_are_worse_until_the_vehicle_is_lost(tmp_path: Path) -> None:
+    words = [line.split() for line in run(EXAMPLES[1], tmp_path).splitlines()]
+    assert [line[4] for line in words] == ["completed", "completed", "completed", "lost"]
+    errors = [float(line[-3]) for line in words[:3]]
+    assert errors == sorted(errors)

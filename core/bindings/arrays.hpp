@@ -32,6 +32,11 @@ inline Numbers new_array(const double* values, std::vector<std::size_t> shape) {
     return Numbers(copy, shape.size(), shape.data(), owner);
 }
 
+/// Numbers that live in the object whose property they are, and which the array keeps alive; read-only.
+inline nb::ndarray<nb::numpy, const double, nb::ndim<1>> view_of(const double* values, int size) {
+    return {values, {static_cast<std::size_t>(size)}};
+}
+
 template <int R> inline Vec<double, R> vector_from(const double* values) {
     Vec<double, R> x;
     for (int i = 0; i < R; ++i) x[i] = values[i];

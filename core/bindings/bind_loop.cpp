@@ -133,10 +133,10 @@ void bind_loop(nb::module_& m) {
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
           "input_change"_a, "acceleration"_a, "three_candidates"_a, "tilt_change"_a);
     nb::class_<AllocationView>(m, "Allocation")
-        .def_prop_ro("thrust", [](const AllocationView& v) { return new_array(v.a.command.thrust.a, {static_cast<std::size_t>(v.n)}); }, nb::rv_policy::move)
-        .def_prop_ro("tilt", [](const AllocationView& v) { return new_array(v.a.command.tilt.a, {static_cast<std::size_t>(v.m)}); }, nb::rv_policy::move)
-        .def_prop_ro("active", [](const AllocationView& v) { return new_array(v.a.active.a, {static_cast<std::size_t>(v.n)}); }, nb::rv_policy::move)
-        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return new_array(v.a.wrench_asked.a, {6}); }, nb::rv_policy::move)
+        .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
+        .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })
+        .def_prop_ro("active", [](const AllocationView& v) { return view_of(v.a.active.a, v.n); })
+        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return view_of(v.a.wrench_asked.a, 6); })
         .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
         .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
     nb::class_<AnyController>(m, "Controller")

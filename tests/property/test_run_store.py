@@ -14,8 +14,8 @@ from hypothesis.extra import numpy as arrays
 
 from omnimorph.design.files import load_vehicle, vehicle_text
 from omnimorph.errors import RunFileError
-from omnimorph.results import Outcome, Performance, Provenance, Run, load_run
-from omnimorph.results.run import COLUMNS
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
+from omnimorph.results.store import load_run
 
 OMNIMORPH = load_vehicle("omnimorph")
 VEHICLE_TEXT = vehicle_text(OMNIMORPH)

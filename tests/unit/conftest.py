@@ -11,8 +11,7 @@ import pytest
 
 from omnimorph.design.files import load_vehicle, vehicle_text
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.results import Outcome, Performance, Provenance, Run
-from omnimorph.results.run import COLUMNS
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 
 OMNIMORPH = load_vehicle("omnimorph")
 

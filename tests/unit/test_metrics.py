@@ -14,7 +14,8 @@ import pytest
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import RunFileError
-from omnimorph.results import Metrics, Outcome, Performance, Provenance, Run, metrics_from_run
+from omnimorph.results.metrics import Metrics, metrics_from_run
+from omnimorph.results.run import Outcome, Performance, Provenance, Run
 
 STEP = 0.001
 TURN = 2.0 * math.pi

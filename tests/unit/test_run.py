@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from omnimorph.errors import InputError
-from omnimorph.results import Outcome, Run
+from omnimorph.results.run import Outcome, Run
 
 
 def test_run_is_read_only_but_leaves_the_arrays_it_was_given_alone(

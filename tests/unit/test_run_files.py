@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from omnimorph.errors import RunFileError
-from omnimorph.results import Run, load_run
+from omnimorph.results.run import Run
+from omnimorph.results.store import load_run
 
 
 def assert_refused(path: Path, reason: str) -> None:

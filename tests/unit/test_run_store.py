@@ -16,9 +16,9 @@ import xarray
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, RunFileError
-from omnimorph.results import Outcome, Performance, Run, load_run
 from omnimorph.results.atomic import replacing
-from omnimorph.results.run import COLUMNS
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Run
+from omnimorph.results.store import load_run
 
 NAMES = ["time", *(column.name for column in COLUMNS)]
 OMNIMORPH = load_vehicle("omnimorph")
@@ -209,7 +209,7 @@ WRITE_WITH_LITTLE_SPACE = """
 import resource, sys
 from pathlib import Path
 from omnimorph.errors import RunFileError
-from omnimorph.results import load_run
+from omnimorph.results.store import load_run
 source, target, limit = sys.argv[1:]
 run = load_run(source)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), int(limit)))

@@ -50,8 +50,8 @@ template <class T, int N> class Allocator {
             root_weight_[r] = square_root(weights.acceleration[r]);
             root_weight_[3 + r] = square_root(weights.acceleration[3 + r]);
             linear_gain_[r] = root_weight_[r] / vehicle.mass;
-            for (int c = 0; c < 3; ++c) angular_gain_[r][c] = root_weight_[3 + r] * vehicle.inertia_inverse[r][c];
         }
+        weigh_torques();
     }
 
     /// The thrusts at the previous tilt.
@@ -79,6 +79,18 @@ template <class T, int N> class Allocator {
         for (int i = 0; i < vehicle.n_rotors; ++i)
             scale[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
         return scale;
+    }
+
+    /// W2^½ J⁻¹ is the same in every attitude: the torque rows of the map hold it from the beginning.
+    void weigh_torques() {
+        Mat3<T> gain;
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) gain[r][c] = root_weight_[3 + r] * vehicle_.inertia_inverse[r][c];
+        for (int i = 0; i < vehicle_.n_rotors; ++i)
+            for (Vec6<T>* column : {&map_.constant[i], &map_.cosine[i], &map_.sine[i]}) {
+                const Vec3<T> torque = gain * torque_of(*column);
+                for (int r = 0; r < 3; ++r) (*column)[3 + r] = torque[r];
+            }
     }
 
     /// What does not depend on the tilt: W2^½ R / m, the force part of C = W2^½ M⁻¹ J_R, and b = W2^½ (q̈_r − M⁻¹ μ).
@@ -110,9 +122,7 @@ template <class T, int N> class Allocator {
         Solved<U> s;
         U trace = U(0);
         for (int i = 0; i < n; ++i) {
-#pragma GCC unroll 8
-            for (int j = 0; j <= i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]);
-            qp.H[i][i] += U(diagonal_[i]);
+            qp.H[i][i] = dot(G.column[i], G.column[i]) + U(diagonal_[i]);
             trace += qp.H[i][i];
             qp.g[i] = U(-scale_[i] * weights_.input_change[i] * previous.command.thrust[i]);
             for (int r = 0; r < 6; ++r) qp.g[i] -= G.column[i][r] * U(target.b[r]);
@@ -123,8 +133,9 @@ template <class T, int N> class Allocator {
         const U unit = U(int(n)) / trace;
         for (int i = 0; i < n; ++i) {
             qp.g[i] *= unit;
+            qp.H[i][i] *= unit;
 #pragma GCC unroll 8
-            for (int j = 0; j <= i; ++j) qp.H[j][i] = qp.H[i][j] = qp.H[i][j] * unit;
+            for (int j = 0; j < i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]) * unit;
         }
         solve(qp, s.qp);
         s.cost = cost<U>(target, G, s.qp.x, previous);
@@ -133,10 +144,10 @@ template <class T, int N> class Allocator {
 
     /// G = C A(α) f_scale
     template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
-        const Mat3<U> force_gain = cast<U>(target.force_gain), torque_gain = cast<U>(angular_gain_);
+        const Mat3<U> force_gain = cast<U>(target.force_gain);
         WrenchMatrix<U, N> G;
         for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            const Vec3<U> force = force_gain * force_of(A.column[i]), torque = torque_gain * torque_of(A.column[i]);
+            const Vec3<U> force = force_gain * force_of(A.column[i]), torque = torque_of(A.column[i]);
             G.column[i] = {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
         }
         return G;
@@ -217,12 +228,11 @@ template <class T, int N> class Allocator {
     Vehicle<T, N> vehicle_;
     AllocationWeights<T, N> weights_;
     PerRotor<T, N> scale_;             // f_scale, the larger limit of each rotor
-    WrenchMap<T, N> map_;              // A f_scale
+    WrenchMap<T, N> map_;              // A f_scale, its torque rows times W2^½ J⁻¹
     PerRotor<T, N> lower_, upper_;     // limits of x
     PerRotor<T, N> diagonal_;          // (W1 + W3) f_scale²
     Vec6<T> root_weight_;              // W2^½
     Vec3<T> linear_gain_;              // W2^½ / m
-    Mat3<T> angular_gain_;             // W2^½ J⁻¹
 };
 
 }  // namespace omnimorph

@@ -16,7 +16,7 @@ namespace omnimorph {
 
 template <class T, int N> struct BoxQp {
     Count<N> n;
-    PerRotor<PerRotor<T, N>, N> H;  // both triangles
+    PerRotor<PerRotor<T, N>, N> H;  // its lower triangle
     PerRotor<T, N> g, lower, upper;
     explicit BoxQp(int count = N) : n(count) {}
 };
@@ -46,7 +46,9 @@ template <class T, int N> struct FreeSystem {
             any_active = either(any_active, opposite(active[i] == T(0)));
             y[i] = -qp.g[i];
         }
-        K = qp.H;
+        for (int i = 0; i < qp.n; ++i)
+#pragma GCC unroll 8
+            for (int j = 0; j <= i; ++j) K[i][j] = qp.H[i][j];
         if (any(any_active)) take_out(qp, active);
     }
 
@@ -58,7 +60,7 @@ template <class T, int N> struct FreeSystem {
             bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
         }
         for (int i = 0; i < qp.n; ++i) {
-            for (int j = 0; j < qp.n; ++j) y[i] -= qp.H[i][j] * bound[j];
+            for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
             y[i] = select(free[i], y[i], bound[i]);
             for (int j = 0; j <= i; ++j) K[i][j] = select(both(free[i], free[j]), K[i][j], T(i == j ? 1 : 0));
         }
@@ -102,8 +104,12 @@ template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSol
 template <class T, int N> inline PerRotor<T, N> gradient(const BoxQp<T, N>& qp, const PerRotor<T, N>& x) {
     PerRotor<T, N> gradient;
     for (int i = 0; i < qp.n; ++i) {
-        gradient[i] = qp.g[i];
-        for (int j = 0; j < qp.n; ++j) gradient[i] += qp.H[i][j] * x[j];
+        gradient[i] = qp.g[i] + qp.H[i][i] * x[i];
+#pragma GCC unroll 8
+        for (int j = 0; j < i; ++j) {
+            gradient[i] += qp.H[i][j] * x[j];
+            gradient[j] += qp.H[i][j] * x[i];
+        }
     }
     return gradient;
 }

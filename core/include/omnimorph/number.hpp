@@ -140,25 +140,14 @@ template <class T> inline void sincos(const T& x, T& sine, T& cosine) {
     r = r - quadrant * T(2.02226624879595063154e-21);
     const T r2 = r * r;
 
-    T s = T(1.0 / 355687428096000.0);
-    s = T(-1.0 / 1307674368000.0) + r2 * s;
-    s = T(1.0 / 6227020800.0) + r2 * s;
-    s = T(-1.0 / 39916800.0) + r2 * s;
-    s = T(1.0 / 362880.0) + r2 * s;
-    s = T(-1.0 / 5040.0) + r2 * s;
-    s = T(1.0 / 120.0) + r2 * s;
-    s = T(-1.0 / 6.0) + r2 * s;
-    s = r + r * r2 * s;
-
-    T c = T(-1.0 / 6402373705728000.0);
-    c = T(1.0 / 20922789888000.0) + r2 * c;
-    c = T(-1.0 / 87178291200.0) + r2 * c;
-    c = T(1.0 / 479001600.0) + r2 * c;
-    c = T(-1.0 / 3628800.0) + r2 * c;
-    c = T(1.0 / 40320.0) + r2 * c;
-    c = T(-1.0 / 720.0) + r2 * c;
-    c = T(1.0 / 24.0) + r2 * c;
-    c = T(1) - T(0.5) * r2 + r2 * r2 * c;
+    // in pairs and pairs of pairs, so that no term waits for all others
+    const T r4 = r2 * r2, r8 = r4 * r4;
+    const T s_low = (T(1.0 / 120.0) + r2 * T(-1.0 / 5040.0)) + r4 * (T(1.0 / 362880.0) + r2 * T(-1.0 / 39916800.0));
+    const T s_high = (T(1.0 / 6227020800.0) + r2 * T(-1.0 / 1307674368000.0)) + r4 * T(1.0 / 355687428096000.0);
+    const T s = r + r * r2 * (T(-1.0 / 6.0) + r2 * (s_low + r8 * s_high));
+    const T c_low = (T(-1.0 / 720.0) + r2 * T(1.0 / 40320.0)) + r4 * (T(-1.0 / 3628800.0) + r2 * T(1.0 / 479001600.0));
+    const T c_high = (T(-1.0 / 87178291200.0) + r2 * T(1.0 / 20922789888000.0)) + r4 * T(-1.0 / 6402373705728000.0);
+    const T c = (T(1) - T(0.5) * r2) + r4 * (T(1.0 / 24.0) + r2 * (c_low + r8 * c_high));
 
     // quadrant mod 4 in {0, 1, 2, 3}: odd quadrants swap sine and cosine, the upper two flip signs
     const T turn = quadrant - T(4) * round_to_integer(quadrant * T(0.25) - T(0.375));

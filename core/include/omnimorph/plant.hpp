@@ -76,20 +76,21 @@ template <class T, int N> class Plant {
     Actuators<T, N> actuators;
 
     Plant(const PlantSettings<T, N>& settings, const Motion<T>& start, const Command<T, N>& command)
-        : motion(start), settings_(settings), map_(speed_map(settings)), delay_(settings.delay_steps, command) {
+        : motion(start), settings_(settings), inverse_mass_(T(1) / settings.vehicle.mass), map_(speed_map(settings)), delay_(settings.delay_steps, command) {
         for (int i = 0; i < n(); ++i) {
             speed_squared_per_thrust_[i] = T(1) / settings.command_coefficient[i];
             actuators.speed[i] = speed_for(i, command.thrust[i]);
             actuators.rest_left[i] = T(0);
         }
         actuators.tilt = command.tilt;
+        load_ = load(actuators);
     }
 
     void send(long step, const Command<T, N>& command) { delay_.send(step, command); }
     const Command<T, N>& in_force(long step) { return delay_.in_force(step); }
 
     /// The wrench that the actuators make now.
-    Vec6<T> wrench_achieved() const { return load(actuators).wrench; }
+    const Vec6<T>& wrench_achieved() const { return load_.wrench; }
 
     /// One physics step under the command in force and a disturbance from outside (force in W, torque in B).
     void advance(long step, const Vec6<T>& pushed) {
@@ -157,8 +158,7 @@ template <class T, int N> class Plant {
     }
 
     Vec3<T> linear_acceleration(const Mat3<T>& R, const Vec6<T>& rotors, const Vec6<T>& push) const {
-        const T inverse_mass = T(1) / settings_.vehicle.mass;
-        Vec3<T> a = inverse_mass * (R * force_of(rotors) + force_of(push));
+        Vec3<T> a = inverse_mass_ * (R * force_of(rotors) + force_of(push));
         a[2] -= T(gravity);
         return a;
     }
@@ -167,15 +167,14 @@ template <class T, int N> class Plant {
     void semi_implicit_euler(long step, const Command<T, N>& command, const Vec6<T>& pushed) {
         const T h = T(settings_.step);
         const Vehicle<T, N>& vehicle = settings_.vehicle;
-        Vec3<T> L = vehicle.inertia * motion.w;
-        if (settings_.rotor_momentum) L = L + load(actuators).momentum;
+        Vec3<T> L = vehicle.inertia * motion.w + load_.momentum;
         advance_actuators(actuators, command, true);
-        const Load<T> now = load(actuators);
+        load_ = load(actuators);
         const Vec6<T> push = disturbance(double(step) * settings_.step, pushed);
-        motion.v = motion.v + h * linear_acceleration(motion.R, now.wrench, push);
+        motion.v = motion.v + h * linear_acceleration(motion.R, load_.wrench, push);
         motion.p = motion.p + h * motion.v;
-        L = L + h * (torque_of(now.wrench) + torque_of(push) - cross(motion.w, L));
-        motion.w = vehicle.inertia_inverse * (L - now.momentum);
+        L = L + h * (torque_of(load_.wrench) + torque_of(push) - cross(motion.w, L));
+        motion.w = vehicle.inertia_inverse * (L - load_.momentum);
         motion.R = motion.R * exponential(h * motion.w);
     }
 
@@ -183,27 +182,27 @@ template <class T, int N> class Plant {
     /// exactly to the middle and to the end of the step.
     void runge_kutta_4(long step, const Command<T, N>& command, const Vec6<T>& pushed) {
         const double h = settings_.step, time = double(step) * h;
-        const Vec3<T> L = settings_.vehicle.inertia * motion.w + load(actuators).momentum;
+        const Vec3<T> L = settings_.vehicle.inertia * motion.w + load_.momentum;
         advance_actuators(actuators, command, false);
         const Load<T> at_start = load(actuators);
         advance_actuators(actuators, command, true);
         const Load<T> at_middle = load(actuators);
         advance_actuators(actuators, command, true);
-        const Load<T> at_end = load(actuators);
+        load_ = load(actuators);  // at the end
         const Vec6<T> push_start = disturbance(time, pushed), push_middle = disturbance(time + h / 2, pushed);
 
         const Rates start{Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero()};
         const Rates k1 = rates(start, 0, L, at_start, push_start);
         const Rates k2 = rates(k1, h / 2, L, at_middle, push_middle);
         const Rates k3 = rates(k2, h / 2, L, at_middle, push_middle);
-        const Rates k4 = rates(k3, h, L, at_end, disturbance(time + h, pushed));
+        const Rates k4 = rates(k3, h, L, load_, disturbance(time + h, pushed));
         const auto change = [&](Vec3<T> Rates::*of) {
             return T(h / 6) * (k1.*of + T(2) * (k2.*of) + T(2) * (k3.*of) + k4.*of);
         };
         motion.p = motion.p + change(&Rates::p);
         motion.v = motion.v + change(&Rates::v);
         motion.R = motion.R * exponential(change(&Rates::attitude));
-        motion.w = settings_.vehicle.inertia_inverse * (L + change(&Rates::L) - at_end.momentum);
+        motion.w = settings_.vehicle.inertia_inverse * (L + change(&Rates::L) - load_.momentum);
     }
 
     /// Rates of change after going on from the present motion for `share` seconds along `k`.
@@ -216,6 +215,8 @@ template <class T, int N> class Plant {
     }
 
     PlantSettings<T, N> settings_;
+    Load<T> load_;  // of the actuators as they are
+    T inverse_mass_;
     PerRotor<T, N> speed_squared_per_thrust_;  // 1/c_f of the motor drivers
     WrenchMap<T, N> map_;
     CommandDelay<T, N> delay_;

@@ -25,14 +25,15 @@ struct MinimumJerk {
 };
 
 inline Desired<double> evaluate(const Segment& segment, double time) {
-    const double T = segment.duration;
-    double u = (time - segment.start) / T;
+    const double rate = 1.0 / segment.duration;
+    double u = (time - segment.start) * rate;
     u = u < 0 ? 0 : (u > 1 ? 1 : u);
     const MinimumJerk profile(u);
     Desired<double> d;
     d.p = segment.p0 + profile.s * segment.dp;
-    d.v = (profile.ds / T) * segment.dp;
-    d.a = (profile.dds / (T * T)) * segment.dp;
+    const double ds = profile.ds * rate, dds = profile.dds * rate * rate;
+    d.v = ds * segment.dp;
+    d.a = dds * segment.dp;
     if (segment.angle == 0) {
         d.R = segment.R0;
         d.w = d.dw = Vec3<double>::zero();
@@ -40,8 +41,8 @@ inline Desired<double> evaluate(const Segment& segment, double time) {
     }
     d.R = exponential((segment.angle * profile.s) * segment.axis_W) * segment.R0;
     const Vec3<double> axis_B = transpose_times(segment.R0, segment.axis_W);  // the rotation leaves its own axis alone
-    d.w = (segment.angle * profile.ds / T) * axis_B;
-    d.dw = (segment.angle * profile.dds / (T * T)) * axis_B;
+    d.w = (segment.angle * ds) * axis_B;
+    d.dw = (segment.angle * dds) * axis_B;
     return d;
 }
 

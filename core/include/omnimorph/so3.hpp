@@ -16,13 +16,11 @@ template <class T> inline Vec3<T> vee_of_skew_part(const Mat3<T>& M) {
 /// flight stays there.
 template <class T> inline Mat3<T> exponential(const Vec3<T>& phi) {
     const T t2 = dot(phi, phi);
-    T A = T(1.0 / 6227020800.0), B = T(1.0 / 87178291200.0);
-    constexpr double a[] = {-1.0 / 39916800.0, 1.0 / 362880.0, -1.0 / 5040.0, 1.0 / 120.0, -1.0 / 6.0, 1.0};
-    constexpr double b[] = {-1.0 / 479001600.0, 1.0 / 3628800.0, -1.0 / 40320.0, 1.0 / 720.0, -1.0 / 24.0, 0.5};
-    for (int i = 0; i < 6; ++i) {
-        A = T(a[i]) + t2 * A;
-        B = T(b[i]) + t2 * B;
-    }
+    const T t4 = t2 * t2, t8 = t4 * t4;  // the series in pairs, so that no term waits for all others
+    T A = (T(1) - T(1.0 / 6.0) * t2) + t4 * (T(1.0 / 120.0) - T(1.0 / 5040.0) * t2) +
+          t8 * ((T(1.0 / 362880.0) - T(1.0 / 39916800.0) * t2) + t4 * T(1.0 / 6227020800.0));
+    T B = (T(0.5) - T(1.0 / 24.0) * t2) + t4 * (T(1.0 / 720.0) - T(1.0 / 40320.0) * t2) +
+          t8 * ((T(1.0 / 3628800.0) - T(1.0 / 479001600.0) * t2) + t4 * T(1.0 / 87178291200.0));
     const Mask<T> large = t2 > T(0.0625);
     if (any(large)) {
         const T t = square_root(maximum(t2, T(0.0625)));

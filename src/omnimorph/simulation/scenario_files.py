@@ -227,11 +227,14 @@ def _reference_from(content: Any, folder: Path) -> Reference:
 
 
 def _named(file: str, build: Callable[[], Built]) -> Built:
-    """Build something of a file's content; what it refuses is told with the file's name."""
+    """Build something of a file's content; what it refuses is told with the file's name.
+
+    A refusal that names another file, in which the mistake is, stays as it is.
+    """
     try:
         return build()
     except InputError as refused:
-        if str(refused).startswith(file):
+        if refused.file is not None and Path(refused.file).is_file():
             raise
         raise ScenarioError(
             f"{file}: {refused}",

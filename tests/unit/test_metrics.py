@@ -58,7 +58,9 @@ def resting_run(rows: int, vehicle: Vehicle = OMNIMORPH, **changes: Any) -> Run:
         "provenance": provenance,
         "performance": performance,
     }
-    return Run(**{**columns, **fields, **changes})
+    given = {**columns, **fields, **changes}
+    given.setdefault("drag_power", np.abs(given["speed"]) ** 3 @ vehicle.drag_coefficient)
+    return Run(**given)
 
 
 def turns_about(axis: list[float], angles: list[float]) -> Any:

@@ -105,7 +105,7 @@ def test_rotation_goes_on_beyond_half_a_turn() -> None:
 
 def test_phases_have_short_labels(hover: om.Run) -> None:
     assert curves.phases(hover) == [curves.Phase(0.0, 5.0, "rest")]
-    text = om.load_scenario("paper-case-a").as_text()
+    text = json.dumps(om.load_scenario("paper-case-a").as_file())
     provenance = replace(hover.provenance, scenario_text=text)
     labels = [phase.label for phase in curves.phases(replace(hover, provenance=provenance))]
     turns = ["+30°", "+x", "−x", "−30°", "+360°", "+z", "rest"]

@@ -46,7 +46,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
 
 
 def _one(scenario: Any) -> console.Answer:
-    content = json.loads(scenario.as_text())
+    content = json.loads(json.dumps(scenario.as_file()))
     title = f"{scenario.name}: {scenario.title}".rstrip(": ")
     rows = [[key, value] for key, value in _leaves(content) if key not in ("name", "title")]
     lasts = f"It lasts {scenario.reference.duration:g} s."

@@ -98,11 +98,20 @@ class SampledReference:
         """
         table, lines = _read_csv(path)
         if len(table) < 2:
-            raise ScenarioError(f"{path}: it holds {len(table)} poses, but it must hold 2 or more.")
+            sentence = f"{path}: it holds {len(table)} poses, but it must hold 2 or more."
+            raise ScenarioError(sentence, file=str(path))
         _check(table, str(path), lines)
         reference = cls.__new__(cls)
         reference._build(table)
         return reference
+
+    def as_file(self) -> dict[str, Any]:
+        """Return the samples, to be kept with a run."""
+        return {
+            "kind": "samples",
+            "columns": "time_s x_m y_m z_m qw qx qy qz",
+            "rows": self._table.tolist(),
+        }
 
     @property
     def duration(self) -> float:
@@ -144,6 +153,7 @@ class SampledReference:
         from scipy.interpolate import CubicSpline
         from scipy.spatial.transform import Rotation, RotationSpline
 
+        self._table = table
         self._times: FloatArray = table[:, 0].copy()
         attitudes = Rotation.from_quat(table[:, 4:8], scalar_first=True)
         self._position: Any = CubicSpline(self._times, table[:, 1:4], bc_type="natural")

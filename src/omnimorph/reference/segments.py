@@ -17,7 +17,7 @@ from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -85,6 +85,16 @@ class Segment:
         )
         object.__setattr__(self, "rotation_angle", angle)
 
+    def as_file(self) -> dict[str, Any]:
+        """Return the segment as a scenario file would hold it."""
+        content: dict[str, Any] = {"duration_s": self.duration}
+        if self.move_W.any():
+            content["move_m"] = self.move_W.tolist()
+        if self.rotation_angle:
+            content["rotation_axis_W"] = self.rotation_axis_W.tolist()
+            content["rotation_angle_deg"] = float(np.degrees(self.rotation_angle))
+        return content
+
 
 @dataclass(frozen=True, eq=False, init=False)
 class SegmentReference:
@@ -128,6 +138,15 @@ class SegmentReference:
     def duration(self) -> float:
         """Length of all segments together, s."""
         return self._starts[-1] + self.segments[-1].duration
+
+    def as_file(self) -> dict[str, Any]:
+        """Return the reference as a scenario file would hold it."""
+        return {
+            "kind": "segments",
+            "start_position_m": self.start_p_WB.tolist(),
+            "start_attitude": self.start_R_WB.tolist(),
+            "segment": [segment.as_file() for segment in self.segments],
+        }
 
     def as_table(self) -> FloatArray:
         """Return the segments as plain numbers, for the compiled core.

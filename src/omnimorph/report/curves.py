@@ -85,9 +85,7 @@ def rotation_about_x_deg(R: FloatArray) -> FloatArray:
 
 def power_W(run: Run) -> FloatArray:
     """Return the power against drag, Σ c_tau |w|³ of the actual speeds, in W, (K,)."""
-    speed = np.abs(run.speed)
-    power: FloatArray = speed**3 @ run.vehicle.drag_coefficient
-    return power
+    return run.drag_power
 
 
 def drag_energy_J(run: Run) -> FloatArray:

@@ -176,13 +176,13 @@ def _errors(run: Run, rows: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _rotor_energies(run: Run, rows: int) -> tuple[float, float, float]:
     """Return drag energy (J), acceleration energy (J) and the largest speed (rad/s)."""
-    drag, spin_up, speed_max = 0.0, 0.0, 0.0
+    drag = float(run.drag_power[1:rows].sum())
+    spin_up, speed_max = 0.0, 0.0
     for block in _blocks(rows):
         # With the row before the block in front, each step belongs to exactly one block.
         speed = np.abs(run.speed[max(block.start - 1, 0) : block.stop])
         square = speed * speed
         gain = np.maximum(square[1:] - square[:-1], 0.0)
-        drag += float(np.sum((square[1:] * speed[1:]) @ run.vehicle.drag_coefficient))
         spin_up += float(np.sum(gain @ run.vehicle.spin_inertia))
         speed_max = max(speed_max, float(speed.max()))
     return run.provenance.physics_step * drag, 0.5 * spin_up, speed_max

@@ -149,6 +149,7 @@ COLUMNS: tuple[Column, ...] = (
     Column("tilt_command", ("servo",), "rad", "", "tilt commanded"),
     Column("wrench_asked", ("wrench",), _WRENCH_UNITS, "B", "wrench the controller asked for"),
     Column("wrench_achieved", ("wrench",), _WRENCH_UNITS, "B", "wrench the rotors made"),
+    Column("drag_power", (), "W", "", "power against the drag of all rotors, by the true vehicle"),
     Column("cost", (), "1", "", "cost of the allocation"),
     Column("kkt_residual", (), "1", "", "KKT residual of the allocation, scaled problem"),
     Column("active", ("rotor",), "1", "", "limit at which the thrust was commanded"),
@@ -183,6 +184,9 @@ class Run:
         Actual and commanded tilt.
     wrench_asked, wrench_achieved : (K, 6) array, N and N m, in B
         Force, then torque: what the controller asked for, what the rotors made.
+    drag_power : (K,) array, W
+        Σ c_τ |w|³ with the drag coefficients of the vehicle that flew, which need not be those the
+        controller believes in.
     cost, kkt_residual : (K,) array
         Of the allocation: its cost, and the KKT residual of the scaled problem, its proof.
     active : (K, n) array of int8
@@ -217,6 +221,7 @@ class Run:
     tilt_command: FloatArray
     wrench_asked: FloatArray
     wrench_achieved: FloatArray
+    drag_power: FloatArray
     cost: FloatArray
     kkt_residual: FloatArray
     active: NDArray[np.int8]

@@ -165,7 +165,7 @@ class Effectiveness(Effect):
     Attributes
     ----------
     share : float or (n,)
-        1 is healthy, 0.65 is 35 % lost, 0 is a dead rotor.
+        1 is healthy, 0.65 is 35 % lost, 0 gives no thrust at all (but turns, and drags).
     """
 
     kind: ClassVar[str] = "effectiveness"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import operator
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
@@ -19,15 +21,15 @@ from omnimorph.protocols import (
     Allocator,
     Command,
     Controller,
-    Desired,
     Disturbance,
     FloatArray,
     Reference,
 )
+from omnimorph.reference.rows import desired_from_row
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.plant import as_state, control_steps, send
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario import Scenario, described
 
 __all__ = ["fly", "measurement_noise"]
 
@@ -102,7 +104,9 @@ def fly(
         scenario = replace(scenario, plant=load_plant(plant))
     if reference is not None:
         scenario = replace(scenario, reference=reference)
-    loop = _Loop(scenario, seed, flight)
+    parts = {"controller": controller, "allocator": allocator, "disturbance": disturbance}
+    written = {name: described(part) for name, part in parts.items() if part is not None}
+    loop = _Loop(scenario, seed, flight, written)
     began = perf_counter()
     if controller is None and allocator is None and disturbance is None:
         outcome = loop.fly_in_core(progress)
@@ -122,11 +126,13 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
 class _Loop:
     """One flight under way: the core's flight, the columns it writes, and where it came from."""
 
-    def __init__(self, scenario: Scenario, seed: int, flight: int) -> None:
-        self.scenario, self.seed, self.flight = scenario, seed, flight
-        for name, number, bits in (("seed", seed, 64), ("flight", flight, 32)):
-            if not (isinstance(number, int) and 0 <= number < 2**bits):
-                raise ScenarioError.at("fly", name, number, f"an integer from 0 to 2**{bits} - 1")
+    def __init__(self, scenario: Scenario, seed: int, flight: int, written: dict[str, Any]) -> None:
+        self.scenario, self.written = scenario, written
+        self.seed, self.flight = (
+            _whole_number("seed", seed, 64),
+            _whole_number("flight", flight, 32),
+        )
+        self.reported = 0
         vehicle, plant = scenario.vehicle, scenario.plant
         steps = scenario.reference.duration / plant.physics_step
         if not 0.5 < steps <= _MOST_STEPS:
@@ -152,8 +158,8 @@ class _Loop:
             steps=self.steps,
             control_every=self.control_every,
             lost_beyond=scenario.lost_beyond,
-            seed=seed,
-            flight=flight,
+            seed=self.seed,
+            flight=self.flight,
             columns=self.columns,
         )
 
@@ -183,7 +189,7 @@ class _Loop:
                     if not send(core, command, asked):
                         break
             self._integrate(disturbance)
-            if core.step % _STEPS_BETWEEN_REPORTS == 0:
+            if core.step - self.reported >= _STEPS_BETWEEN_REPORTS:
                 self._report(progress)
         return _OUTCOMES[core.status]
 
@@ -213,7 +219,7 @@ class _Loop:
         state = as_state(state_numbers)
         if controller is not None:
             time = self.core.step * self.scenario.plant.physics_step
-            return controller(time, state, _as_desired(desired_numbers)), _UNKNOWN
+            return controller(time, state, desired_from_row(desired_numbers)), _UNKNOWN
         assert allocator is not None
         wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
         asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
@@ -221,6 +227,7 @@ class _Loop:
         return self.last, asked
 
     def _report(self, progress: Progress | None) -> None:
+        self.reported = self.core.step
         if progress is not None:
             step = self.scenario.plant.physics_step
             progress(self.core.step * step, self.steps * step)
@@ -231,6 +238,9 @@ class _Loop:
         plant = scenario.plant
         rows = self.core.step + 1
         time = np.arange(rows, dtype=np.float64) * plant.physics_step
+        speed = np.abs(self.columns["speed"])
+        true_vehicle = plant.true_vehicle(scenario.vehicle)
+        self.columns["drag_power"] = (speed * speed * speed) @ true_vehicle.drag_coefficient
         return Run(
             time=time,
             **{name: column[:rows] for name, column in self.columns.items()},
@@ -238,7 +248,7 @@ class _Loop:
             vehicle=scenario.vehicle,
             provenance=Provenance(
                 scenario_name=scenario.name,
-                scenario_text=scenario.as_text(),
+                scenario_text=json.dumps(scenario.as_file() | self.written, sort_keys=True),
                 vehicle_text=vehicle_text(scenario.vehicle),
                 plant_name=plant.name,
                 seed=self.seed,
@@ -279,6 +289,16 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     return _core.Reference(nothing, np.ascontiguousarray(rows))
 
 
+def _whole_number(name: str, value: object, bits: int) -> int:
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = -1
+    if isinstance(value, bool) or not 0 <= number < 2**bits:
+        raise ScenarioError.at("fly", name, value, f"an integer from 0 to 2**{bits} - 1")
+    return number
+
+
 def _row(reference: Reference, time: float) -> FloatArray:
     """Return the 24 numbers of a point of a reference written in Python."""
     point = reference(time)
@@ -295,11 +315,6 @@ def _numbers(what: str, answer: Any) -> FloatArray:
         return np.asarray(answer, dtype=np.float64)
     except (TypeError, ValueError):
         raise ScenarioError.at(what, "answer", answer, "numbers") from None
-
-
-def _as_desired(row: FloatArray) -> Desired:
-    state = as_state(row)
-    return Desired(*state, a_WB=row[18:21], dw_WB_B=row[21:24])
 
 
 def _version() -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -46,8 +46,6 @@ class Scenario:
         The tilt at the start (and throughout, with a fixed-tilt rule).
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
-    content : mapping
-        The file it came from with everything resolved, for provenance; empty if it came from none.
     """
 
     name: str
@@ -59,7 +57,6 @@ class Scenario:
     reference: Reference
     start_tilt: float | FloatArray = 0.0
     lost_beyond: float = 2.0
-    content: dict[str, Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.lost_beyond) and self.lost_beyond > 0):
@@ -92,19 +89,25 @@ class Scenario:
         period = self.plant.control_period
         return PoseController(self.vehicle, self.gains, self.allocator, period, self.tilt)
 
-    def as_text(self) -> str:
-        """Return the scenario as JSON, with everything that was flown: plant, gains, weights."""
-        content = dict(self.content)
-        content |= {"name": self.name, "title": self.title, "vehicle": self.vehicle.name}
-        content["plant"] = plant_content(self.plant)
-        content["controller"] = self.gains.as_file() | {"allocator": self.allocator.as_file()}
-        content["start_tilt_deg"] = np.degrees(self.tilt).tolist()
-        content["lost_beyond_m"] = self.lost_beyond
-        return json.dumps(content, sort_keys=True)
+    def as_file(self) -> dict[str, Any]:
+        """Return everything that is flown, much as a file would hold it."""
+        plant = self.plant.as_file()
+        plant["effects"] = [effect.as_file() for effect in self.plant.effects]
+        return {
+            "name": self.name,
+            "title": self.title,
+            "vehicle": self.vehicle.name,
+            "plant": plant,
+            "controller": self.gains.as_file() | {"allocator": self.allocator.as_file()},
+            "reference": described(self.reference),
+            "start_tilt_deg": np.degrees(self.tilt).tolist(),
+            "lost_beyond_m": self.lost_beyond,
+        }
 
 
-def plant_content(plant: PlantModel) -> dict[str, Any]:
-    """Return a plant as a file would hold it."""
-    content = plant.as_file()
-    content["effects"] = [effect.as_file() for effect in plant.effects]
-    return content
+def described(part: object) -> dict[str, Any]:
+    """Return a part of the loop as a file would hold it; of one written in Python, its name."""
+    as_file: Callable[[], dict[str, Any]] | None = getattr(part, "as_file", None)
+    if as_file is not None:
+        return as_file()
+    return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}

@@ -116,7 +116,6 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             reference=_reference_from(content.reference, folder),
             start_tilt=to_SI(content.start_tilt_deg, "deg"),
             lost_beyond=content.lost_beyond_m,
-            content=document,
         ),
     )
 

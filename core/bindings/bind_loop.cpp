@@ -56,7 +56,7 @@ std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
 }
 
 double* column(const nb::dict& columns, const char* name, std::size_t size) {
-    const auto array = nb::cast<nb::ndarray<double, nb::c_contig, nb::device::cpu>>(columns[name]);
+    const auto array = nb::cast<nb::ndarray<double, nb::c_contig, nb::device::cpu>>(columns[name], false);  // no copy
     if (array.size() != size) throw nb::value_error((std::string("column ") + name + " has the wrong size").c_str());
     return array.data();
 }
@@ -80,7 +80,7 @@ Record record_into(const nb::dict& columns, std::size_t rows, std::size_t n, std
     r.wrench_achieved = column(columns, "wrench_achieved", 6 * rows);
     r.cost = column(columns, "cost", rows);
     r.kkt_residual = column(columns, "kkt_residual", rows);
-    const auto active = nb::cast<nb::ndarray<std::int8_t, nb::c_contig, nb::device::cpu>>(columns["active"]);
+    const auto active = nb::cast<nb::ndarray<std::int8_t, nb::c_contig, nb::device::cpu>>(columns["active"], false);
     if (active.size() != n * rows) throw nb::value_error("column active has the wrong size");
     r.active = active.data();
     return r;
@@ -146,9 +146,7 @@ void bind_loop(nb::module_& m) {
         .def("allocate", [](AnyController& c, const Array& state, const Array& acceleration) {
             expect_size(acceleration, 6, "acceleration");
             return AllocationView{c.allocate(motion_from(state), vector_from<6>(acceleration.data())), c.n_rotors, c.n_servos};
-        }, "state"_a, "acceleration"_a)
-        .def("restart", [](AnyController& c, const Array& thrust, const Array& tilt) { c.restart(command_from(thrust, tilt, c.n_rotors, c.n_servos)); },
-             "thrust"_a, "tilt"_a);
+        }, "state"_a, "acceleration"_a);
     m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
     m.def("reference_acceleration", [](const Settings& s, const Array& state, const Array& desired) {
         return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.gains).a, {6});

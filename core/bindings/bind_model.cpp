@@ -25,6 +25,7 @@ AnyVehicle make_vehicle(double mass, const Array& inertia, const Array& position
     v.axis = vector_per_rotor_from(axis, n, "axis");
     v.axis_cosine = vector_per_rotor_from(axis_cosine, n, "axis_cosine");
     v.axis_sine = vector_per_rotor_from(axis_sine, n, "axis_sine");
+    if (static_cast<int>(servo.size()) != n) throw nb::value_error("servo has one number for each rotor");
     for (int i = 0; i < n; ++i) {
         const std::int64_t j = servo.data()[i];
         if (j >= m) throw nb::value_error("a rotor names a servo that the vehicle does not have");
@@ -58,7 +59,7 @@ Numbers allocation_matrix(const AnyVehicle& v, const Array& tilt) {
     return new_array(rows.data(), {6, static_cast<std::size_t>(n)});
 }
 
-/// d(A f)/d(angle of each servo), 6 x m; `tilts[i]` says whether rotor i tilts at all.
+/// d(A f)/d(angle of each servo), 6 x m.
 Numbers tilt_derivative(const AnyVehicle& v, const Array& thrust, const Array& tilt) {
     const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
     const auto f = per_rotor_from(thrust, v.n_rotors, "thrust");
@@ -104,10 +105,7 @@ Numbers measurement_normals(std::uint64_t seed, std::uint32_t flight, std::uint3
 
 void bind_model(nb::module_& m) {
     using namespace nb::literals;
-    nb::class_<AnyVehicle>(m, "Vehicle")
-        .def_prop_ro("n_rotors", [](const AnyVehicle& v) { return int(v.n_rotors); })
-        .def_ro("n_servos", &AnyVehicle::n_servos)
-        .def_ro("mass", &AnyVehicle::mass);
+    nb::class_<AnyVehicle>(m, "Vehicle");
     m.def("make_vehicle", &make_vehicle, nb::kw_only(), "mass"_a, "inertia"_a, "position"_a, "axis"_a, "axis_cosine"_a, "axis_sine"_a, "servo"_a, "spin"_a,
           "thrust_coefficient"_a, "drag_coefficient"_a, "speed_min"_a, "speed_max"_a, "spin_inertia"_a, "angle_min"_a, "angle_max"_a, "rate_max"_a);
     m.def("allocation_matrix", &allocation_matrix, "vehicle"_a, "tilt"_a);

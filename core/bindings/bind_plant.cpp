@@ -21,7 +21,11 @@ void make(Settings* self, const AnyVehicle& truth, const Array& command_coeffici
     self->vehicle = truth;
     self->command_coefficient = per_rotor_from(command_coefficient, truth.n_rotors, "command_coefficient");
     self->step = step;
-    self->integrator = integrator == "runge-kutta-4" ? Integrator::runge_kutta_4 : Integrator::semi_implicit_euler;
+    if (integrator == "runge-kutta-4") {
+        self->integrator = Integrator::runge_kutta_4;
+    } else if (integrator != "semi-implicit-euler") {
+        throw nb::value_error("an integrator is semi-implicit-euler or runge-kutta-4");
+    }
     for (int i = 0; i < truth.n_rotors; ++i) self->effectiveness[i] = 1.0;
 }
 

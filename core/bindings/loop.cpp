@@ -7,39 +7,36 @@ namespace {
 
 constexpr int N = OMNIMORPH_ROTORS;
 
-Command<double, N> fixed(const AnyCommand& command, int n) { return {cast<double, N>(command.thrust, n), command.tilt}; }
+Command<double, N> counted(const AnyCommand& command, int n) { return {cast<double, N>(command.thrust, n), command.tilt}; }
 
-AnyAllocation any(const Allocation<double, N>& a, int n) {
+AnyAllocation uncounted(const Allocation<double, N>& a, int n) {
     return {{cast<double, 0>(a.command.thrust, n), a.command.tilt}, cast<double, 0>(a.active, n), a.cost, a.kkt_residual, a.wrench_asked};
 }
 
-class FixedController final : public AnyController {
+class CountedController final : public AnyController {
   public:
-    FixedController(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start)
-        : vehicle_(vehicle), settings_(settings, vehicle.n_rotors), controller_(vehicle_, settings_, fixed(start, vehicle.n_rotors)) {
+    CountedController(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start)
+        : controller_(Vehicle<double, N>(vehicle), {settings, vehicle.n_rotors}, counted(start, vehicle.n_rotors)) {
         n_rotors = vehicle.n_rotors;
         n_servos = vehicle.n_servos;
     }
     AnyAllocation step(const Motion<double>& measured, const Desired<double>& desired) override {
-        return any(controller_.step(measured, desired), n_rotors);
+        return uncounted(controller_.step(measured, desired), n_rotors);
     }
     AnyAllocation allocate(const Motion<double>& measured, const Vec6<double>& acceleration) override {
-        return any(controller_.allocate(measured, acceleration), n_rotors);
+        return uncounted(controller_.allocate(measured, acceleration), n_rotors);
     }
-    void restart(const AnyCommand& command) override { controller_ = Controller<double, N>(vehicle_, settings_, fixed(command, n_rotors)); }
 
   private:
-    Vehicle<double, N> vehicle_;
-    ControllerSettings<double, N> settings_;
     Controller<double, N> controller_;
 };
 
-class FixedFlight final : public AnyFlight {
+class CountedFlight final : public AnyFlight {
   public:
-    explicit FixedFlight(const FlightParts& parts)
+    explicit CountedFlight(const FlightParts& parts)
         : flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
                   ControllerSettings<double, N>(parts.controller, parts.model.n_rotors), *parts.reference, parts.start,
-                  fixed(parts.command, parts.model.n_rotors), parts.settings, parts.record) {
+                  counted(parts.command, parts.model.n_rotors), parts.settings, parts.record) {
         n_rotors = parts.model.n_rotors;
         n_servos = parts.model.n_servos;
         for (int i = 0; i < n_rotors; ++i) {
@@ -52,10 +49,10 @@ class FixedFlight final : public AnyFlight {
     Motion<double> motion() const override { return flight_.plant.motion; }
     Desired<double> desired() const override { return flight_.desired(); }
     AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) override {
-        return any(flight_.controller.step(measured, desired), n_rotors);
+        return uncounted(flight_.controller.step(measured, desired), n_rotors);
     }
     void decide(const AnyAllocation& a) override {
-        flight_.decide({fixed(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});
+        flight_.decide({counted(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});
     }
     void refuse_command() override { flight_.refuse_command(); }
     void integrate(int steps, const Vec6<double>& pushed) override {
@@ -75,8 +72,8 @@ class FixedFlight final : public AnyFlight {
 
 template <>
 std::unique_ptr<AnyController> make_controller<N>(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start) {
-    return std::make_unique<FixedController>(vehicle, settings, start);
+    return std::make_unique<CountedController>(vehicle, settings, start);
 }
-template <> std::unique_ptr<AnyFlight> make_flight<N>(const FlightParts& parts) { return std::make_unique<FixedFlight>(parts); }
+template <> std::unique_ptr<AnyFlight> make_flight<N>(const FlightParts& parts) { return std::make_unique<CountedFlight>(parts); }
 
 }  // namespace omnimorph::python

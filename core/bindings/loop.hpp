@@ -16,7 +16,6 @@ class AnyController {
     virtual ~AnyController() = default;
     virtual AnyAllocation step(const Motion<double>& measured, const Desired<double>& desired) = 0;
     virtual AnyAllocation allocate(const Motion<double>& measured, const Vec6<double>& acceleration) = 0;
-    virtual void restart(const AnyCommand& command) = 0;
     int n_rotors = 0, n_servos = 0;
 };
 

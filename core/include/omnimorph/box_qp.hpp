@@ -30,7 +30,7 @@ template <class T, int N> struct BoxQpSolution {
 
 namespace box_qp {
 
-inline constexpr double tolerance = 1e-13;
+template <class T> inline constexpr double tolerance = sizeof(Scalar<T>) == sizeof(double) ? 1e-13 : 1e-5;
 inline constexpr int most_exchanges = 10;
 inline constexpr int most_steps = 400;
 
@@ -120,8 +120,8 @@ inline PerRotor<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSol
     PerRotor<T, N> corrected;
     for (int i = 0; i < qp.n; ++i) {
         const T a = s.active[i];
-        const T outside = select(s.x[i] < qp.lower[i] - T(tolerance), T(-1), select(s.x[i] > qp.upper[i] + T(tolerance), T(1), T(0)));
-        const T held = select(a * multiplier[i] > T(tolerance), T(0), a);
+        const T outside = select(s.x[i] < qp.lower[i] - T(tolerance<T>), T(-1), select(s.x[i] > qp.upper[i] + T(tolerance<T>), T(1), T(0)));
+        const T held = select(a * multiplier[i] > T(tolerance<T>), T(0), a);
         corrected[i] = select(a == T(0), outside, held);
     }
     return corrected;
@@ -130,14 +130,12 @@ inline PerRotor<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSol
 template <class T, int N>
 inline T kkt_residual(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerRotor<T, N>& gradient) {
     T residual = T(0);
-    for (int i = 0; i < qp.n; ++i)
-        residual = maximum(residual, magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i])));
+    for (int i = 0; i < qp.n; ++i) {
+        const T r = magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i]));
+        residual = select(r <= residual, residual, r);  // keeps what is not a number
+    }
     return residual;
 }
-
-}  // namespace box_qp
-
-namespace box_qp {
 
 /// Block principal pivoting; tells in which lanes it settled. A settled lane repeats its answer while the others go on.
 template <class T, int N> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
@@ -188,10 +186,10 @@ template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolu
             x[i] = select(stopped, bound, select(way < T(1), x[i] + way * (s.x[i] - x[i]), s.x[i]));
         }
         const PerRotor<T, N> multiplier = gradient(qp, x);
-        T worst = T(tolerance);
+        T worst = T(tolerance<T>);
         for (int i = 0; i < qp.n; ++i) worst = maximum(worst, s.active[i] * multiplier[i]);
         const Mask<T> arrived = opposite(way < T(1));
-        settled = either(settled, both(arrived, worst <= T(tolerance)));
+        settled = either(settled, both(arrived, worst <= T(tolerance<T>)));
         for (int i = 0; i < qp.n; ++i) {
             const Mask<T> freed = both(both(arrived, opposite(settled)), s.active[i] * multiplier[i] >= worst);
             s.active[i] = select(freed, T(0), s.active[i]);

@@ -45,8 +45,6 @@ template <class T, int N> class Controller {
         return last;
     }
 
-    const ControllerSettings<T, N>& settings() const { return settings_; }
-
   private:
     ControllerSettings<T, N> settings_;
     Allocator<T, N> allocator_;

@@ -120,7 +120,10 @@ template <class T> inline void set_lane(T& x, [[maybe_unused]] int index, Scalar
 
 template <class T> inline T minimum(const T& a, const T& b) { return select(a < b, a, b); }
 template <class T> inline T maximum(const T& a, const T& b) { return select(a > b, a, b); }
-template <class T> inline T clamp(const T& x, const T& low, const T& high) { return minimum(maximum(x, low), high); }
+/// x within the limits; what is not a number stays so.
+template <class T> inline T clamp(const T& x, const T& low, const T& high) {
+    return select(x < low, low, select(x > high, high, x));
+}
 template <class T> inline T magnitude(const T& x) { return select(x < T(0), -x, x); }
 /// |x| with the sign of `sign` (a zero sign counts as positive).
 template <class T> inline T with_sign(const T& x, const T& sign) {
@@ -130,9 +133,9 @@ template <class T> inline Mask<T> is_finite(const T& x) { return (x - x) == T(0)
 
 /// sin x and cos x in every lane, for |x| up to about 1e5, to the last bit or two of a double.
 ///
-/// Cody and Waite's reduction to [-pi/4, pi/4] in three parts, then the Taylor-like minimax polynomials of
-/// W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980. The same text for one lane and
-/// for many, so that a flight does not depend on what flies beside it.
+/// Reduced to [-pi/4, pi/4] in three parts (W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980),
+/// where Taylor's series are short. The same text for one lane and for many, so that a flight does not depend on what
+/// flies beside it.
 template <class T> inline void sincos(const T& x, T& sine, T& cosine) {
     const T quadrant = round_to_integer(x * T(0.63661977236758134308));
     T r = x - quadrant * T(1.57079632673412561417);

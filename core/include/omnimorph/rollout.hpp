@@ -83,8 +83,6 @@ template <class T, int N> class Flight {
         ++step;
     }
 
-    long rows() const { return step + 1; }
-
   private:
     void judge(const Desired<T>& now) {
         const Vec3<T> e = now.p - plant.motion.p;

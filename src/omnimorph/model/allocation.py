@@ -11,7 +11,7 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.core import as_core, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = ["allocation_matrix", "full_allocation_matrix", "tilt_derivative", "wrench"]
+__all__ = ["allocation_matrix", "full_allocation_matrix", "tilt_derivative"]
 
 
 def allocation_matrix(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
@@ -97,11 +97,6 @@ def full_allocation_matrix(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike)
     """
     columns = (allocation_matrix(vehicle, tilt), tilt_derivative(vehicle, thrust, tilt))
     return np.hstack(columns)
-
-
-def wrench(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> FloatArray:
-    """Return A(α) f: (6,) force (N), then torque about the centre of mass (N m), in B."""
-    return allocation_matrix(vehicle, tilt) @ _as_thrust(vehicle, thrust)
 
 
 def _as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:

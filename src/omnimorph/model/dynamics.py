@@ -1,4 +1,4 @@
-"""The rigid body: Newton and Euler's equations, both ways round, and the rotation group."""
+"""The rigid body: the wrench for an acceleration, hover, and the rotation group."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import FloatArray, State
 
-__all__ = ["GRAVITY", "acceleration", "hover_thrust", "rotation_exponential", "wrench_for"]
+__all__ = ["GRAVITY", "hover_thrust", "rotation_exponential", "wrench_for"]
 
 GRAVITY = 9.81
 """Acceleration of free fall, m/s²."""
 
 
-def acceleration(vehicle: Vehicle, state: State, wrench_B: ArrayLike) -> FloatArray:
-    """Return q̈ = M⁻¹(μ + J_R w_B): how the body accelerates under a wrench.
+def wrench_for(vehicle: Vehicle, state: State, wanted: ArrayLike) -> FloatArray:
+    """Return the wrench that gives an acceleration: Newton and Euler's equations, solved for it.
 
-    ``p̈ = −g e3 + R f_B / m`` and ``ω̇ = J⁻¹(τ_B − ω × Jω)``.
+    ``f_B = m Rᵀ(p̈ + g e3)`` and ``τ_B = J ω̇ + ω × Jω``.
 
     Parameters
     ----------
@@ -27,26 +27,18 @@ def acceleration(vehicle: Vehicle, state: State, wrench_B: ArrayLike) -> FloatAr
         Mass and inertia.
     state : State
         Attitude and body rate are used.
-    wrench_B : (6,) array
-        Force (N), then torque about the centre of mass (N m), in B.
+    wanted : (6,) array
+        Linear acceleration (m/s², in W), then angular acceleration (rad/s², in B).
 
     Returns
     -------
     (6,) array
-        Linear acceleration (m/s², in W), then angular acceleration (rad/s², in B).
+        Force (N), then torque about the centre of mass (N m), in B.
 
     Notes
     -----
     Aboudorra et al. 2024, eq. (3).
     """
-    w = np.asarray(wrench_B, dtype=np.float64)
-    J, omega = vehicle.inertia, state.w_WB_B
-    linear = state.R_WB @ w[:3] / vehicle.mass - np.array([0.0, 0.0, GRAVITY])
-    return np.concatenate([linear, np.linalg.solve(J, w[3:] - np.cross(omega, J @ omega))])
-
-
-def wrench_for(vehicle: Vehicle, state: State, wanted: ArrayLike) -> FloatArray:
-    """Return the (6,) wrench in B that gives an acceleration: the inverse of `acceleration`."""
     row = np.ascontiguousarray(wanted, dtype=np.float64)
     p, R, v, w = state
     return _core.wrench_for(as_core(vehicle), state_row(p, R, v, w), row)

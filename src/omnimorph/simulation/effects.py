@@ -21,6 +21,7 @@ from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
+from omnimorph.units import from_SI
 
 __all__ = [
     "EFFECTS",
@@ -128,6 +129,10 @@ class SpeedLimits(Effect):
         low, high = plant.vehicle.speed_min, plant.vehicle.speed_max
         if self.largest is not None:
             high = np.full(plant.vehicle.n_rotors, self.largest)
+            if (high <= low).any():
+                allowed = f"above the rotors' least speed, {from_SI(float(low.max()), 'Hz'):g} Hz"
+                largest = from_SI(self.largest, "Hz")
+                raise ScenarioError.at(self.kind, "largest_Hz", largest, allowed)
             low = np.where(low < 0.0, -high, low)
         plant.settings.add_speed_limits(low, high)
 
@@ -155,6 +160,11 @@ class DeadBand(Effect):
         """Set the band of every rotor."""
         own = self.smallest is None
         band = plant.vehicle.dead_band if own else np.full(plant.vehicle.n_rotors, self.smallest)
+        fastest = np.maximum(np.abs(plant.vehicle.speed_min), plant.vehicle.speed_max)
+        if (band >= fastest).any():
+            allowed = f"below the rotors' largest speed, {from_SI(float(fastest.min()), 'Hz'):g} Hz"
+            largest = from_SI(float(band.max()), "Hz")
+            raise ScenarioError.at(self.kind, "smallest_Hz", largest, allowed)
         plant.settings.add_dead_band(band, self.reversal_time)
 
 

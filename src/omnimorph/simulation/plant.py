@@ -19,7 +19,7 @@ from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import OmnimorphError, ScenarioError
 from omnimorph.model.core import as_core, as_tilt, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
@@ -149,6 +149,12 @@ class SimulatedPlant:
         rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
         self.plant = plant
         self._steps_of_control = control_steps(plant)
+        thrust = hover_thrust(vehicle, tilt)
+        if start_thrust is not None:
+            thrust = np.ascontiguousarray(start_thrust, dtype=np.float64)
+        if thrust.shape != (vehicle.n_rotors,) or not np.isfinite(thrust).all():
+            allowed = f"{vehicle.n_rotors} finite numbers of newtons"
+            raise ScenarioError.at("plant", "start_thrust", start_thrust, allowed)
         row = state_row(*start)
         if row.shape != (18,) or not np.isfinite(row).all():
             raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
@@ -159,7 +165,7 @@ class SimulatedPlant:
             controller=core_settings(vehicle, TrackingGains(), rule, plant.control_period),
             reference=_core.Reference(np.zeros(0), unused_reference),
             start=row,
-            thrust=hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust,
+            thrust=thrust,
             tilt=tilt,
             steps=2**62,
             control_every=self._steps_of_control,
@@ -203,25 +209,33 @@ class SimulatedPlant:
         if self._flight.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
-        if not send(self._flight, command, _NO_WRENCH):
+        parts = [np.asarray(part, dtype=np.float64) for part in command]
+        if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
+        send(self._flight, Command(*parts), _NO_WRENCH)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.
 
         `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
-        if steps < 0 or not np.isfinite(disturbance).all():
-            allowed = "at least no step, under a finite wrench"
-            raise ScenarioError.at("plant", "steps and disturbance", (steps, disturbance), allowed)
-        self._flight.integrate(steps, disturbance)
+        push = np.ascontiguousarray(disturbance, dtype=np.float64)
+        if steps < 0 or push.shape != (6,) or not np.isfinite(push).all():
+            allowed = "at least no step, under a wrench of six finite numbers"
+            raise ScenarioError.at("plant", "steps and disturbance", (steps, push), allowed)
+        self._integrate(steps, push)
         return self.state
 
     def step(self, command: Command) -> State:
         """Apply a command for one control period; return the motion as measured after it."""
         self.send(command)
-        self._flight.integrate(self._steps_of_control, _NO_WRENCH)
+        self._integrate(self._steps_of_control, _NO_WRENCH)
         return self.measure()
+
+    def _integrate(self, steps: int, disturbance: FloatArray) -> None:
+        self._flight.integrate(steps, disturbance)
+        if self._flight.status != _core.FlightStatus.FLYING:
+            raise OmnimorphError("The plant cannot go on: its motion is no longer finite.")
 
 
 def as_state(row: FloatArray) -> State:

@@ -108,7 +108,7 @@ def test_effects_fit_a_vehicle_without_servos(integrator: Any) -> None:
     model = om.PlantModel(
         effects=(*suited, effects.Effectiveness(share=0.9)), integrator=integrator
     )
-    vehicle = plain_quadrotor()
+    vehicle = plain_quadrotor().replace(dead_band=np.full(4, 100.0))
     plant = om.SimulatedPlant(vehicle, model)
     command = om.Command(np.full(4, vehicle.mass * 9.81 / 4.0), np.zeros(0))
     for _ in range(50):
@@ -126,6 +126,43 @@ def needs_an_argument() -> set[type[Effect]]:
         except TypeError:
             needy.add(effect)
     return needy
+
+
+@pytest.mark.parametrize(
+    ("effect", "missing"),
+    [
+        (effects.RotorLag(), "up_ms"),
+        (effects.DeadBand(), "smallest_Hz"),
+        (effects.ServoLag(), "time_constant_ms"),
+        (effects.RotorMomentum(), "spin_inertia"),
+        (effects.MeasurementNoise(position=1e-3, filtered=True), "filter"),
+    ],
+    ids=lambda value: getattr(value, "kind", ""),
+)
+def test_effect_that_finds_nothing_in_the_vehicle_says_so(effect: Effect, missing: str) -> None:
+    nothing = np.zeros(8)
+    bare = om.load_vehicle("omnimorph").replace(
+        time_constant_up=nothing,
+        time_constant_down=nothing,
+        dead_band=nothing,
+        spin_inertia=nothing,
+        servo_time_constant=np.zeros(1),
+        filter_cutoff=np.zeros(4),
+    )
+    with pytest.raises(om.InputError, match=missing):
+        om.SimulatedPlant(bare, om.PlantModel(effects=(effect,)))
+
+
+def test_drag_energy_is_that_of_the_vehicle_that_flew() -> None:
+    from dataclasses import replace
+
+    hover = om.load_scenario("hover")
+    spent = []
+    for factor in (1.0, 2.0):
+        mismatch = effects.ModelMismatch(drag_coefficient=factor)
+        plant = om.PlantModel(effects=(mismatch,))
+        spent.append(om.fly(replace(hover, plant=plant)).metrics.drag_energy_J)
+    assert spent[1] == pytest.approx(2.0 * spent[0], rel=1e-3)
 
 
 def test_effects_are_frozen_and_compare_by_value() -> None:

@@ -10,6 +10,7 @@ from omnimorph.cli.arguments import positive_number
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "measure how fast it is on this machine"
+NEEDS = ("omnimorph.bench",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

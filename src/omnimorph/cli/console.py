@@ -6,10 +6,13 @@ import json
 import math
 import os
 import shutil
+import signal
 import sys
 import textwrap
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, NamedTuple, Self, TextIO
 
@@ -233,3 +236,19 @@ def _started_bar(label: str) -> Any:
     bar.add_task(label)
     bar.start()
     return bar
+
+
+@contextmanager
+def interrupts_wait() -> Iterator[None]:
+    """Hold a Ctrl-C back until the end: a module that is half loaded cannot bear one."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    waiting: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: waiting.append(number))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if waiting:
+        raise KeyboardInterrupt

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "fly a scenario: metrics on the screen, run and metrics in a folder"
+NEEDS = ("omnimorph.simulation.fly", "omnimorph.simulation.scenario_schema", "h5py")
 
 NOT_COMPLETED = 3
 

@@ -15,6 +15,7 @@ import argparse
 import sys
 import traceback
 from collections.abc import Sequence
+from importlib import import_module
 from types import ModuleType
 from typing import NoReturn
 
@@ -32,7 +33,7 @@ COMMANDS: dict[str, ModuleType] = {
     "verify": verify,
     "bench": bench,
 }
-"""Name of a command -> its module: SUMMARY, add_arguments(parser), answer(options)."""
+"""Name of a command -> its module: SUMMARY, NEEDS, add_arguments(parser), answer(options)."""
 
 OUR_FAULT, USERS_MISTAKE, INTERRUPTED = 1, 2, 130
 
@@ -53,7 +54,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     try:
         options = parsed(words)
-        answer: console.Answer = COMMANDS[options.command].answer(options)
+        command = COMMANDS[options.command]
+        with console.interrupts_wait():
+            for module in command.NEEDS:
+                import_module(module)
+        answer: console.Answer = command.answer(options)
         console.write(answer.as_json() if options.json else answer.text)
         if answer.complaint:
             console.complain(answer.complaint)

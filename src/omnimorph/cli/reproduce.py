@@ -13,6 +13,7 @@ from omnimorph.cli.arguments import folder, positive_number, seed_number
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "fly the paper's cases and write the report"
+NEEDS = ("omnimorph.studies.reproduction", "omnimorph.simulation.scenario_schema", "h5py")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -12,6 +12,7 @@ from omnimorph.cli import console
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "list the scenarios, or show one with everything in it"
+NEEDS = ("omnimorph.simulation.scenario_schema",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "list the vehicles, or show one with the source of every number"
+NEEDS = ("omnimorph.design.schema",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "check this installation against cases with known answers"
+NEEDS = ("omnimorph.verification",)
 
 FAILED = 1
 

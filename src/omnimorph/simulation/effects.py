@@ -19,7 +19,7 @@ import numpy as np
 from omnimorph import _core
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI
 
@@ -56,6 +56,14 @@ class PlantBuild(NamedTuple):
     vehicle: Vehicle
     control_period: float
     step: float
+
+
+def _own(plant: PlantBuild, kind: str, key: str, values: FloatArray) -> FloatArray:
+    """Return the vehicle's own numbers; an effect that would find only zeros is refused."""
+    if values.size and not (values > 0.0).any():
+        allowed = f"given, because vehicle {plant.vehicle.name} has no such number of its own"
+        raise ScenarioError.at(kind, key, MISSING, allowed)
+    return values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,12 +117,14 @@ class RotorLag(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set both time constants of every rotor."""
-        n = plant.vehicle.n_rotors
-        down = self.up if self.down is None else self.down
-        plant.settings.add_rotor_lag(
-            plant.vehicle.time_constant_up if self.up is None else np.full(n, self.up),
-            plant.vehicle.time_constant_down if down is None else np.full(n, down),
-        )
+        vehicle, n = plant.vehicle, plant.vehicle.n_rotors
+        if self.up is None:
+            up = _own(plant, self.kind, "up_ms", vehicle.time_constant_up)
+            down = vehicle.time_constant_down if self.down is None else np.full(n, self.down)
+        else:
+            up = np.full(n, self.up)
+            down = up if self.down is None else np.full(n, self.down)
+        plant.settings.add_rotor_lag(up, down)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,8 +168,10 @@ class DeadBand(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the band of every rotor."""
-        own = self.smallest is None
-        band = plant.vehicle.dead_band if own else np.full(plant.vehicle.n_rotors, self.smallest)
+        if self.smallest is None:
+            band = _own(plant, self.kind, "smallest_Hz", plant.vehicle.dead_band)
+        else:
+            band = np.full(plant.vehicle.n_rotors, self.smallest)
         fastest = np.maximum(np.abs(plant.vehicle.speed_min), plant.vehicle.speed_max)
         if (band >= fastest).any():
             allowed = f"below the rotors' largest speed, {from_SI(float(fastest.min()), 'Hz'):g} Hz"
@@ -223,12 +235,11 @@ class ServoLag(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the time constant of every servo."""
-        own = self.time_constant is None
-        tau = (
-            plant.vehicle.servo_time_constant
-            if own
-            else np.full(plant.vehicle.n_servos, self.time_constant)
-        )
+        if self.time_constant is None:
+            own = plant.vehicle.servo_time_constant
+            tau = _own(plant, self.kind, "time_constant_ms", own)
+        else:
+            tau = np.full(plant.vehicle.n_servos, self.time_constant)
         plant.settings.add_servo_lag(tau)
 
 
@@ -275,7 +286,9 @@ class MeasurementNoise(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set deviations and filters."""
-        cutoff = plant.vehicle.filter_cutoff if self.filtered else np.zeros(4)
+        cutoff = np.zeros(4)
+        if self.filtered:
+            cutoff = _own(plant, self.kind, "[filter] of the vehicle", plant.vehicle.filter_cutoff)
         plant.settings.add_measurement_noise(self.deviation, cutoff, plant.control_period)
 
 
@@ -359,6 +372,7 @@ class RotorMomentum(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Switch it on."""
+        _own(plant, self.kind, "spin_inertia_kg_m2 of the vehicle", plant.vehicle.spin_inertia)
         plant.settings.add_rotor_momentum()
 
 

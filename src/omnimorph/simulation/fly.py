@@ -238,12 +238,14 @@ class _Loop:
         plant = scenario.plant
         rows = self.core.step + 1
         time = np.arange(rows, dtype=np.float64) * plant.physics_step
-        speed = np.abs(self.columns["speed"])
-        true_vehicle = plant.true_vehicle(scenario.vehicle)
-        self.columns["drag_power"] = (speed * speed * speed) @ true_vehicle.drag_coefficient
+        columns = {name: column[:rows] for name, column in self.columns.items()}
+        with np.errstate(all="ignore"):  # a flight that diverged holds what overflows
+            speed = np.abs(columns["speed"])
+            drag = plant.true_vehicle(scenario.vehicle).drag_coefficient
+            columns["drag_power"] = (speed * speed * speed) @ drag
         return Run(
             time=time,
-            **{name: column[:rows] for name, column in self.columns.items()},
+            **columns,
             outcome=outcome,
             vehicle=scenario.vehicle,
             provenance=Provenance(

@@ -30,6 +30,8 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, TypeVar
 
+import numpy as np
+
 from omnimorph.control.allocators import AllocationRule, FixedTilt, ThreeCandidates
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -114,7 +116,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             gains=gains,
             allocator=allocator,
             reference=_reference_from(content.reference, folder),
-            start_tilt=to_SI(content.start_tilt_deg, "deg"),
+            start_tilt=to_SI(np.array(content.start_tilt_deg), "deg"),
             lost_beyond=content.lost_beyond_m,
         ),
     )

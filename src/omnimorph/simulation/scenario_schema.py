@@ -151,5 +151,7 @@ class ScenarioFile(Table):
     plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
     controller: ControllerTable = Field(description="a table with the allocator and the gains")
     reference: AnyReference = Field(description="a table with the kind of reference")
-    start_tilt_deg: Number = Field(default=0.0, description="a finite number of degrees")
+    start_tilt_deg: Number | list[Number] = Field(
+        default=0.0, description="a finite number of degrees, or one for each servo"
+    )
     lost_beyond_m: Number = Field(default=2.0, gt=0.0, description="a positive number of metres")

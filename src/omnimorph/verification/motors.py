@@ -172,7 +172,7 @@ def reversal_takes_its_time_without_lag() -> Result:
 @case("definition: a band of zero width is none")
 def dead_band_of_nothing_changes_nothing() -> Result:
     """With a dead band of 0 Hz and no reversal time a rotor reverses as if there were none."""
-    effects = (RotorLag(up=0.02), DeadBand())
+    effects = (RotorLag(up=0.02), DeadBand(smallest=0.0))
     errors = _speeds(80.0, -80.0, 100, *effects) - _speeds(80.0, -80.0, 100, effects[0])
     return Result(value=largest(errors), tolerance=1e-10, unit="Hz")
 

@@ -33,7 +33,6 @@ class Outcome(enum.Enum):
     LOST = "The vehicle was lost: it strayed too far from its reference."
     NOT_FINITE = "The flight was ended: the controller gave a number that is not finite."
     DIVERGED = "The flight was ended: the state of the vehicle is no longer finite."
-    INTERRUPTED = "The flight was interrupted before its end."
 
 
 @dataclass(frozen=True, kw_only=True)

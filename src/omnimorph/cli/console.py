@@ -6,16 +6,14 @@ import json
 import math
 import os
 import shutil
-import signal
 import sys
 import textwrap
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, NamedTuple, Self, TextIO
 
+from omnimorph.cli import interrupts
 from omnimorph.errors import InputError
 
 __all__ = ["Answer", "Progress", "complain", "finish", "number", "table", "write"]
@@ -198,6 +196,7 @@ class Progress:
 
     def __call__(self, done: float, total: float, label: str = "") -> None:
         """Show that `done` of `total` is done, and with what it goes on."""
+        interrupts.renew()
         if not self._wanted:
             return
         if self._bar is None:
@@ -218,6 +217,8 @@ class Progress:
     ) -> None:
         if self._bar is not None:
             self._bar.stop()
+        if error is None:
+            interrupts.renew()
 
 
 def _started_bar(label: str) -> Any:
@@ -236,19 +237,3 @@ def _started_bar(label: str) -> Any:
     bar.add_task(label)
     bar.start()
     return bar
-
-
-@contextmanager
-def interrupts_wait() -> Iterator[None]:
-    """Hold a Ctrl-C back until the end: a module that is half loaded cannot bear one."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    waiting: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, _: waiting.append(number))
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-    if waiting:
-        raise KeyboardInterrupt

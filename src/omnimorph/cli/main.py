@@ -20,7 +20,16 @@ from types import ModuleType
 from typing import NoReturn
 
 from omnimorph import __version__
-from omnimorph.cli import bench, console, fly, reproduce, scenarios, vehicles, verify
+from omnimorph.cli import (
+    bench,
+    console,
+    fly,
+    interrupts,
+    reproduce,
+    scenarios,
+    vehicles,
+    verify,
+)
 from omnimorph.errors import InputError, nearest_name
 
 __all__ = ["COMMANDS", "main"]
@@ -55,10 +64,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         options = parsed(words)
         command = COMMANDS[options.command]
-        with console.interrupts_wait():
-            for module in command.NEEDS:
-                import_module(module)
-        answer: console.Answer = command.answer(options)
+        with interrupts.remembered():
+            with interrupts.wait():
+                for module in command.NEEDS:
+                    import_module(module)
+            answer: console.Answer = command.answer(options)
         console.write(answer.as_json() if options.json else answer.text)
         if answer.complaint:
             console.complain(answer.complaint)

@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sysconfig
 from pathlib import Path
 
+import nanobind
 import pytest
 
 CORE = Path(__file__).parents[2] / "core"
 PROGRAMS = sorted((CORE / "tests").glob("*.cpp"))
 HEADERS = sorted((CORE / "include").rglob("*.hpp"))
+BINDINGS = sorted((CORE / "bindings").glob("*.cpp"))
 
 STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", f"-I{CORE / 'include'}"]
 PLAIN = ["-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
@@ -78,3 +81,12 @@ def test_header_compiles_on_its_own(header: Path, compiler_name: str, tmp_path: 
     alone = tmp_path / "alone.cpp"
     alone.write_text(f'#include "{header.relative_to(CORE / "include")}"\n')
     run([compiler(compiler_name), *STRICT, "-fsyntax-only", str(alone)])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("source", BINDINGS, ids=lambda path: path.stem)
+def test_bindings_are_clean_with_clang(source: Path) -> None:
+    """`make setup` builds them with the machine's own compiler, which is GCC where CI runs."""
+    python = f"-isystem{sysconfig.get_paths()['include']}"
+    flags = [python, f"-isystem{nanobind.include_dir()}", "-DOMNIMORPH_ROTORS=8", "-fsyntax-only"]
+    run([compiler("clang++"), *STRICT, *flags, str(source)])

@@ -21,28 +21,6 @@ NEEDS = ("omnimorph.simulation.fly", "omnimorph.simulation.scenario_schema", "h5
 
 NOT_COMPLETED = 3
 
-MEASURES = (
-    # key of metrics.json, what people call it, unit they read it in
-    ("duration_s", "time flown", "s"),
-    ("position_error_mean_m", "position error, mean", "mm"),
-    ("position_error_rms_m", "position error, root mean square", "mm"),
-    ("position_error_max_m", "position error, largest", "mm"),
-    ("attitude_error_mean_rad", "attitude error, mean", "deg"),
-    ("attitude_error_max_rad", "attitude error, largest", "deg"),
-    ("attitude_error_paper", "attitude error as the paper counts, mean", ""),
-    ("drag_energy_J", "energy against drag", "J"),
-    ("drag_energy_paper", "energy against drag as the paper counts", "N m Hz s"),
-    ("acceleration_energy_J", "energy to speed the rotors up", "J"),
-    ("acceleration_energy_paper", "energy to speed the rotors up as the paper counts", "kg m2 Hz2"),
-    ("power_mean_W", "power against drag, mean", "W"),
-    ("tilt_mean_deg", "tilt, mean", "deg"),
-    ("tilt_min_deg", "tilt, smallest", "deg"),
-    ("tilt_max_deg", "tilt, largest", "deg"),
-    ("speed_max_Hz", "rotor speed, largest", "Hz"),
-    ("saturated_share", "time with a rotor at its limit", "percent"),
-    ("kkt_residual_max", "KKT residual of the allocation, largest", ""),
-)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
@@ -121,17 +99,13 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
 
 def _measures(metrics: dict[str, Any]) -> list[list[str]]:
     """Return the rows of the table: what, how much, in which unit."""
-    from omnimorph.units import UNITS, from_SI, to_SI, unit_of
+    from omnimorph.results.measures import MEASURES
 
-    told = {key: (label, unit) for key, label, unit in MEASURES}
-    others = {key: (key.replace("_", " "), unit_of(key)) for key in metrics if key not in told}
     rows = []
-    for key, (label, unit) in (told | others).items():
-        value = metrics.get(key)
-        if isinstance(value, int | float) and unit in UNITS:
-            value = from_SI(to_SI(value, unit_of(key)), unit)
-        if key != "outcome":
-            rows.append([label, console.number(value), "%" if unit == "percent" else unit])
+    for key, measure in MEASURES.items():
+        value = metrics[key]
+        shown = value if value is None else measure.factor * value
+        rows.append([measure.words, console.number(shown), measure.unit])
     return rows
 
 

@@ -14,8 +14,6 @@ from omnimorph.report import figures, style, summary_figures
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import Flight, Look
 from omnimorph.report.tables import (
-    MEASURES,
-    Measure,
     Table,
     metrics_table,
     number,
@@ -24,6 +22,7 @@ from omnimorph.report.tables import (
     trajectory_table,
 )
 from omnimorph.results.atomic import write_text
+from omnimorph.results.measures import MEASURES, Measure
 from omnimorph.results.metrics import Metrics
 from omnimorph.studies.paper_comparison import (
     NEAR,

@@ -128,10 +128,8 @@ class _Loop:
 
     def __init__(self, scenario: Scenario, seed: int, flight: int, written: dict[str, Any]) -> None:
         self.scenario, self.written = scenario, written
-        self.seed, self.flight = (
-            _whole_number("seed", seed, 64),
-            _whole_number("flight", flight, 32),
-        )
+        self.seed = _whole_number("seed", seed, 64)
+        self.flight = _whole_number("flight", flight, 32)
         self.reported = 0
         vehicle, plant = scenario.vehicle, scenario.plant
         steps = scenario.reference.duration / plant.physics_step

@@ -1,6 +1,6 @@
 // One text for every number type: controller and plant, with every effect on, fly in the lanes of a pack as they do alone,
-// in single precision, and with the rotors counted at run time. Exits 0 if after two seconds each lane is its flight alone to the last bit, which holds where
-// products and sums are rounded one by one (-ffp-contract=off).
+// in single precision, and with the rotors counted at run time. Exits 0 if after two seconds each lane is its flight alone
+// to the last bit, which holds where products and sums are rounded one by one (-ffp-contract=off).
 #include <cstdio>
 #include <cstdlib>
 
@@ -91,8 +91,9 @@ int main() {
             const auto alone = fly<double>(integrator, first_flight.flight + std::uint32_t(k));
             lanes = std::max(lanes, difference(four, k, alone));
             if (k > 0) apart = std::max(apart, difference(four, 0, alone));
-            if (k == 0) lanes = std::max(lanes, difference(counted, 0, alone));
-            if (k == 0) rounded = difference(single, 0, alone);
+            if (k > 0) continue;
+            lanes = std::max(lanes, difference(counted, 0, alone));
+            rounded = difference(single, 0, alone);
         }
         std::printf("lanes and flights alone differ by %.2g, flights from each other by %.2g, single precision is off by %.2g\n", lanes, apart, rounded);
         well = well && lanes == 0 && apart > 1e-6 && rounded < 5e-3;

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser
 from collections.abc import Callable
 from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = ["folder", "positive_number", "seed_number"]
+__all__ = ["folder", "one_of_the_list", "positive_number", "seed_number"]
 
 _LARGEST = 2**64 - 1
 
@@ -17,6 +18,16 @@ def folder(text: str) -> Path:
     if not text:
         raise InputError.at("the command line", "--out", text, "the name of a folder")
     return Path(text)
+
+
+def one_of_the_list(parser: ArgumentParser, what: str) -> None:
+    """Add the optional argument of a command that lists a catalogue, or shows one entry of it."""
+    parser.add_argument(
+        what,
+        nargs="?",
+        metavar=what.upper(),
+        help="show this one: a name of the list, or a TOML file",
+    )
 
 
 def positive_number(option: str) -> Callable[[str], int]:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from omnimorph.cli import console
+from omnimorph.cli.arguments import one_of_the_list
 
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
@@ -17,12 +18,7 @@ NEEDS = ("omnimorph.simulation.scenario_schema",)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument(
-        "scenario",
-        nargs="?",
-        metavar="SCENARIO",
-        help="show this one: a name of the list, or a TOML file",
-    )
+    one_of_the_list(parser, "scenario")
 
 
 def answer(options: argparse.Namespace) -> console.Answer:

@@ -7,6 +7,7 @@ import tomllib
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
+from omnimorph.cli.arguments import one_of_the_list
 
 if TYPE_CHECKING:
     from omnimorph import Vehicle
@@ -19,12 +20,7 @@ NEEDS = ("omnimorph.design.schema",)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument(
-        "vehicle",
-        nargs="?",
-        metavar="VEHICLE",
-        help="show this one: a name of the list, or a TOML file",
-    )
+    one_of_the_list(parser, "vehicle")
 
 
 def answer(options: argparse.Namespace) -> console.Answer:

@@ -24,7 +24,7 @@ SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: setup reproduce test test-all test-slow check format stub bench lock clean help always
+.PHONY: setup reproduce test test-all check format stub bench lock clean help always
 
 setup: $(VENV)/installed  ## make .venv, install the locked packages, build and install omnimorph
 
@@ -36,9 +36,6 @@ test: setup  ## the quick tests
 
 test-all: setup  ## every test; needs clang and its sanitizers (Debian: clang libclang-rt-14-dev)
 	$(BIN)/python -m pytest
-
-test-slow: setup  ## what test-all adds to test
-	$(BIN)/python -m pytest -m slow
 
 check: setup  ## format, lint, types, import layers
 	$(BIN)/ruff format --check .

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import NoReturn
 
-__all__ = ["remembered", "renew", "wait"]
+__all__ = ["pressed", "remembered", "renew", "wait"]
 
 _pressed = threading.Event()
 
@@ -38,9 +38,14 @@ def wait() -> Iterator[None]:
     renew()
 
 
+def pressed() -> bool:
+    """Tell whether Ctrl-C was pressed since `remembered` began."""
+    return _pressed.is_set()
+
+
 def renew() -> None:
     """Raise `KeyboardInterrupt` if Ctrl-C was pressed since `remembered` began."""
-    if _pressed.is_set():
+    if pressed():
         raise KeyboardInterrupt
 
 

@@ -88,6 +88,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return USERS_MISTAKE
     except Exception:
+        if interrupts.pressed():  # a library made an error of its own of the Ctrl-C
+            console.complain("interrupted; nothing was written.")
+            return INTERRUPTED
         traceback.print_exc()
         console.complain(
             f"this is our fault (omnimorph {__version__}); please report the lines above."

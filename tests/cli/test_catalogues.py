@@ -87,6 +87,8 @@ def test_one_vehicle_shows_the_source_of_every_number(program: Program) -> None:
     rows = lines[lines.index(next(line for line in lines if line.split()[:1] == ["key"])) + 2 :]
     assert len(rows) == len(sources) + 1  # the servo's name needs none
     assert "no source given" not in done.stdout
+    assert ["tilt_mechanism_mass_kg", "0.187"] in [row.split()[:2] for row in rows]
+    assert "tilt_mechanism" not in program("vehicles", "omnimorph-2026").stdout
 
 
 def test_one_vehicle_from_a_file_for_programs(program: Program, tmp_path: Path) -> None:

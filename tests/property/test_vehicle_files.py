@@ -101,11 +101,13 @@ def vehicles(draw: st.DrawFn) -> Vehicle:
     if of_rotors["dead_band"] is None:
         low, high = of_rotors["speed_min"], of_rotors["speed_max"]
         of_rotors["dead_band"] = 0.5 * np.where(low < 0, np.minimum(-low, high), high)
+    mass = draw(numbers(1e-3, 1e3))
     told = st.builds(Source, text=one_spaced, assumed=st.booleans())
     return Vehicle(
         name=draw(names),
         title=draw(lines),
-        mass=draw(numbers(1e-3, 1e3)),
+        mass=mass,
+        tilt_mechanism_mass=draw(numbers(-0.0, 0.99 * mass)),
         inertia=draw(inertias()),
         filter_cutoff=draw(arrays((4,), 0.0, 1e4)),
         sources=draw(st.dictionaries(st.sampled_from(sorted(FILE_KEYS)), told, max_size=4)),
@@ -147,7 +149,8 @@ OMNIMORPH = vehicle_text(load_vehicle("omnimorph")).split("[sources]")[0]
 ENTRY = re.compile(r"^(\w+) = (.*)$", re.MULTILINE)
 ENTRIES = list(ENTRY.finditer(OMNIMORPH))
 MAY_BE_LEFT_OUT = re.compile(
-    r"axis|dead_band_Hz|time_constant.*|spin_inertia_kg_m2|\w+_cutoff_Hz", re.ASCII
+    r"tilt_mechanism_mass_kg|axis|dead_band_Hz|time_constant.*|spin_inertia_kg_m2|\w+_cutoff_Hz",
+    re.ASCII,
 )
 ALL_KEYS = {entry[1] for entry in ENTRIES} | {"thrust_min_N", "thrust_max_N"}
 
@@ -219,7 +222,7 @@ never_right = st.sampled_from(
 @given(entries, never_right)
 def test_wrong_value(entry: re.Match[str], value: str) -> None:
     key = dotted_key(entry)
-    fits = r".*(_Hz|_ms|_deg|kg_m2)"  # 1e-400 is read as zero, which these may be
+    fits = r".*(_Hz|_ms|_deg|kg_m2|mechanism_mass_kg)"  # 1e-400 is read as zero, which these may be
     if value == "1e-400" and re.fullmatch(fits, key):
         value = "nan"
     error = refusal(OMNIMORPH[: entry.start(2)] + value + OMNIMORPH[entry.end(2) :])

@@ -21,6 +21,7 @@ def build_quadrotor(**changes: Any) -> Vehicle:
         "name": "quad",
         "title": "A quadrotor for tests",
         "mass": 1.0,
+        "tilt_mechanism_mass": 0.1,
         "inertia": np.diag([0.01, 0.01, 0.02]),
         "rotor_position": [[0.2, 0, 0], [0, 0.2, 0], [-0.2, 0, 0], [0, -0.2, 0]],
         "rotor_axis": [[0.0, 0.0, 1.0]] * 4,
@@ -156,6 +157,7 @@ def test_thrust_axes_of_omnimorph() -> None:
 def test_parameters_of_omnimorph() -> None:
     vehicle = load_vehicle("omnimorph")
     assert vehicle.mass == 1.315
+    assert vehicle.mass - vehicle.tilt_mechanism_mass == pytest.approx(1.128, rel=1e-15)
     np.testing.assert_array_equal(vehicle.inertia, np.diag([1.16e-2, 1.13e-2, 1.13e-2]))
     np.testing.assert_allclose(vehicle.thrust_max, 5.3587, rtol=1e-14)
     np.testing.assert_array_equal(vehicle.thrust_min, -vehicle.thrust_max)
@@ -174,6 +176,7 @@ def test_parameters_of_omnimorph() -> None:
 def test_parameters_of_the_later_prototype() -> None:
     vehicle = load_vehicle("omnimorph-2026")
     assert vehicle.mass == 1.625
+    assert vehicle.tilt_mechanism_mass == 0.0  # nobody has published it
     np.testing.assert_array_equal(np.abs(vehicle.rotor_position), 0.125)
     np.testing.assert_allclose(vehicle.speed_max / (2 * np.pi), 220.0)
     np.testing.assert_array_equal(vehicle.speed_min, -vehicle.speed_max)
@@ -187,7 +190,7 @@ def test_parameters_of_the_later_prototype() -> None:
 def test_every_number_has_a_source(name: str) -> None:
     vehicle = load_vehicle(name)
     words = {"name", "title", "servo_name", "sources"}
-    left_out = {"dead_band"} if name == "omnimorph" else set()
+    left_out = {"dead_band"} if name == "omnimorph" else {"tilt_mechanism_mass"}
     assert set(fields_of(vehicle)) - words - left_out <= set(vehicle.sources)
     assumed = {key for key, source in vehicle.sources.items() if source.assumed}
     guesses = {"time_constant_up", "time_constant_down", "servo_rate_max", "servo_time_constant"}
@@ -205,6 +208,12 @@ WRONG: list[tuple[str, Any, str]] = [
     ("mass", -1.0, "mass"),
     ("mass", NAN, "mass"),
     ("mass", "heavy", "mass"),
+    ("tilt_mechanism_mass", -0.1, "tilt_mechanism_mass"),
+    ("tilt_mechanism_mass", 1.0, "tilt_mechanism_mass"),
+    ("tilt_mechanism_mass", NAN, "tilt_mechanism_mass"),
+    ("tilt_mechanism_mass", math.inf, "tilt_mechanism_mass"),
+    ("tilt_mechanism_mass", [0.1], "tilt_mechanism_mass"),
+    ("tilt_mechanism_mass", "light", "tilt_mechanism_mass"),
     ("inertia", EYE[:2], "inertia"),
     ("inertia", EYE + np.triu(np.full((3, 3), 0.1), 1), "inertia"),
     ("inertia", np.diag([1.0, 1.0, -1.0]), "inertia"),
@@ -260,7 +269,14 @@ def test_refused(field: str, value: Any, key: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_the_tilt_mechanism_is_lighter_than_the_vehicle() -> None:
+    with pytest.raises(VehicleError, match=r"zero or positive, and below the mass of 0\.05 kg"):
+        build_quadrotor(mass=0.05)
+
+
 def test_what_lies_on_the_limit_is_accepted() -> None:
+    build_quadrotor(tilt_mechanism_mass=math.nextafter(1.0, 0.0))
+    assert math.copysign(1.0, build_quadrotor(tilt_mechanism_mass=-0.0).tilt_mechanism_mass) == 1.0
     build_quadrotor(inertia=np.diag([1.0, 1.0, 2.0]))  # a flat plate
     build_quadrotor(servo_angle_min=[0.5])  # a locked servo
     build_quadrotor(speed_min=[0.0] * 4, dead_band=[599.0] * 4)

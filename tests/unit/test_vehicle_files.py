@@ -74,6 +74,7 @@ def refusal(text: str) -> VehicleError:
 def test_units_and_defaults() -> None:
     vehicle = parse_vehicle(TEXT, "two.toml")
     assert vehicle.mass == 1.0
+    assert vehicle.tilt_mechanism_mass == 0.0
     np.testing.assert_array_equal(vehicle.inertia, np.diag([0.01, 0.01, 0.02]))
     np.testing.assert_array_equal(vehicle.rotor_axis, [[0, 0, 1], [0, 0, -1]])
     np.testing.assert_array_equal(vehicle.hinge_axis, [[0, 0, 0], [1, 0, 0]])
@@ -96,6 +97,15 @@ def test_sources_are_told_by_attribute() -> None:
         "rotor_position": Source("measured", assumed=False),
         "speed_max": Source("a guess", assumed=True),
     }
+
+
+def test_mass_of_the_tilt_mechanism() -> None:
+    text = TEXT.replace("mass_kg = 1", "mass_kg = 1\ntilt_mechanism_mass_kg = 0.25", 1)
+    text = text.replace("[assumed]", '[assumed]\ntilt_mechanism_mass_kg = "a guess"')
+    vehicle = parse_vehicle(text, "two.toml")
+    assert vehicle.mass == 1.0
+    assert vehicle.tilt_mechanism_mass == 0.25
+    assert vehicle.sources["tilt_mechanism_mass"] == Source("a guess", assumed=True)
 
 
 def test_limits_as_thrust() -> None:
@@ -197,6 +207,10 @@ WRONG = [
     ("mass_kg = 1", "mass_kg = 0x1" + "0" * 5000, "mass_kg"),
     ("mass_kg = 1", "mass_g = 1", "mass_g"),
     ("mass_kg = 1\n", "", "mass_kg"),
+    ("mass_kg = 1", "mass_kg = 1\ntilt_mechanism_mass_kg = 1.0", "tilt_mechanism_mass_kg"),
+    ("mass_kg = 1", "mass_kg = 1\ntilt_mechanism_mass_kg = -0.1", "tilt_mechanism_mass_kg"),
+    ("mass_kg = 1", "mass_kg = 1\ntilt_mechanism_mass_kg = inf", "tilt_mechanism_mass_kg"),
+    ("mass_kg = 1", "mass_kg = 1\ntilt_mechanism_mass_kg = true", "tilt_mechanism_mass_kg"),
     ('name = "two"', 'name = "t w o"', "name"),
     ('title = "Two rotors"', 'title = "Two\\nrotors"', "title"),
     ("[0.01, 0.01, 0.02]", "[0.01, 0.01]", "inertia_kg_m2"),
@@ -294,6 +308,12 @@ def test_numbers_are_written_as_people_write_them() -> None:
     assert "angle_max_deg = 60.0\n" in text
     assert "thrust_coefficient_N_per_Hz2 = 0.000184\n" in text
     assert "inertia_kg_m2 = [0.0113, 0.0113, 0.0113]\n" in text
+
+
+def test_a_tilt_mechanism_without_a_known_mass_is_not_written() -> None:
+    vehicle = load_vehicle("omnimorph").replace(sources={})
+    assert "\ntilt_mechanism_mass_kg = 0.187\n" in vehicle_text(vehicle)
+    assert "tilt_mechanism" not in vehicle_text(vehicle.replace(tilt_mechanism_mass=0.0))
 
 
 def test_text_is_written_with_its_marks() -> None:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Self, TextIO
 from omnimorph.cli import interrupts
 from omnimorph.errors import InputError
 
-__all__ = ["Answer", "Progress", "complain", "finish", "number", "table", "write"]
+__all__ = ["Answer", "Progress", "complain", "counted", "finish", "number", "table", "write"]
 
 _NARROWEST = 24  # columns: text is not wrapped more narrowly than this
 
@@ -114,6 +114,17 @@ def number(value: float | None, digits: int = 5) -> str:
     ('1764.3', '0.25', '—')
     """
     return "—" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def counted(count: int, what: str) -> str:
+    """Return a number of things in words.
+
+    Examples
+    --------
+    >>> counted(1, "rotor"), counted(8, "rotor")
+    ('1 rotor', '8 rotors')
+    """
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def table(rows: Sequence[Sequence[str]], *, header: Sequence[str] = (), align: str = "") -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import one_of_the_list
+from omnimorph.cli.console import counted
 
 if TYPE_CHECKING:
     from omnimorph import Vehicle
@@ -57,17 +58,13 @@ def _one(vehicle: Vehicle) -> console.Answer:
     content = tomllib.loads(vehicle_text(vehicle))  # the numbers in the units that people read
     sections = [
         f"{vehicle.name}: {vehicle.title}".rstrip(": "),
-        f"{_counted(vehicle.n_rotors, 'rotor')}, {_counted(vehicle.n_servos, 'servo')}; "
+        f"{counted(vehicle.n_rotors, 'rotor')}, {counted(vehicle.n_servos, 'servo')}; "
         "x forward, y left, z up from the centre of mass.",
         _rotors(content),
         "Every number and where it comes from; * marks those that nobody published and we assumed.",
         console.table(_numbers(content), header=["", "key", "value", "source"]),
     ]
     return console.Answer(text="\n\n".join(sections), data=content)
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" if count == 1 else f"{count} {what}s"
 
 
 def _rotors(content: dict[str, Any]) -> str:
@@ -82,7 +79,8 @@ def _rotors(content: dict[str, Any]) -> str:
 
 def _numbers(content: dict[str, Any]) -> list[list[str]]:
     """Return a row for each key: mark, key, value, source."""
-    values: dict[str, Any] = {key: content[key] for key in ("mass_kg", "inertia_kg_m2")}
+    of_body = ("mass_kg", "tilt_mechanism_mass_kg", "inertia_kg_m2")
+    values: dict[str, Any] = {key: content[key] for key in of_body if key in content}
     in_table = dict.fromkeys(key for rotor in content["rotor"] for key in rotor)
     values |= {f"rotor.{key}": "above" for key in in_table}
     values |= {f"rotor.{key}": value for key, value in content["rotor_defaults"].items()}

@@ -113,6 +113,13 @@ class Checks:
             raise self.refuse(key, number, "a positive number of kilograms")
         return number
 
+    def part_of_mass(self, key: str, value: object, mass: float) -> float:
+        """Return one number that is zero or positive, and below the mass it is part of."""
+        number = float(self.array(key, value, ()))
+        if not 0.0 <= number < mass:
+            raise self.refuse(key, number, f"zero or positive, and below the mass of {mass} kg")
+        return abs(number)  # -0.0 is no other number: files leave out zero
+
     def each(self, key: str, values: FloatArray, good: NDArray[np.bool_], allowed: str) -> None:
         """Refuse the first row of `values` that is not good."""
         if good.all():

@@ -6,6 +6,7 @@
     name = "my-drone"
     title = "A quadrotor"
     mass_kg = 1.28
+    tilt_mechanism_mass_kg = 0.0                  # its part of the mass; 0, or no key: none known
     inertia_kg_m2 = [0.0115, 0.0114, 0.0194]      # or three rows of three numbers
 
     [rotor_defaults]                              # what all rotors share

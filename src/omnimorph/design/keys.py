@@ -10,6 +10,7 @@ FILE_KEYS: Mapping[str, str] = {
     "name": "name",
     "title": "title",
     "mass": "mass_kg",
+    "tilt_mechanism_mass": "tilt_mechanism_mass_kg",
     "inertia": "inertia_kg_m2",
     "rotor_position": "rotor.position_m",
     "rotor_axis": "rotor.axis",

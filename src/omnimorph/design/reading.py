@@ -67,6 +67,7 @@ def _vehicle_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
         "name": content.name,
         "title": content.title,
         "mass": content.mass_kg,
+        "tilt_mechanism_mass": content.tilt_mechanism_mass_kg,
         "inertia": np.diag(matrix) if matrix.ndim == 1 else matrix,
         **_rotor_values(content, file),
         **_servo_values(content.servo),

@@ -101,6 +101,9 @@ class VehicleFile(Table):
     name: str = Field(description="a short name")
     title: str = Field(description="one line of text")
     mass_kg: Number = Field(description="a positive number of kilograms")
+    tilt_mechanism_mass_kg: Number = Field(
+        default=0.0, description="zero or a positive number of kilograms, below mass_kg"
+    )
     inertia_kg_m2: Vector | Matrix = Field(
         description="three numbers [Jx, Jy, Jz] or a 3 x 3 matrix, in kg m²"
     )

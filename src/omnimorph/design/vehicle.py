@@ -53,6 +53,8 @@ class Vehicle:
         One line that says which vehicle it is.
     mass : float
         In kg, everything included.
+    tilt_mechanism_mass : float
+        Of what tilts the rotors, in kg: a part of `mass`, and below it; 0 = none, or not known.
     inertia : (3, 3) array, kg m², in B
         About the centre of mass; symmetric, positive definite, no principal moment larger than the
         sum of the other two.
@@ -103,6 +105,7 @@ class Vehicle:
     name: str
     title: str
     mass: float
+    tilt_mechanism_mass: float = 0.0
     inertia: FloatArray
     rotor_position: FloatArray
     rotor_axis: FloatArray
@@ -131,6 +134,8 @@ class Vehicle:
         check.name("name", self.name)
         check.line("title", self.title)
         set_once(self, "mass", check.positive_number("mass", self.mass))
+        part = check.part_of_mass("tilt_mechanism_mass", self.tilt_mechanism_mass, self.mass)
+        set_once(self, "tilt_mechanism_mass", part)
         set_once(self, "inertia", check.inertia("inertia", self.inertia))
         set_once(self, "servo_name", check.names("servo_name", self.servo_name, MOST_SERVOS))
         n = check.count("rotor_position", self.rotor_position, MOST_ROTORS)
@@ -228,7 +233,10 @@ class Vehicle:
 
         Examples
         --------
-        ``vehicle.replace(mass=1.128)`` is OmniMorph without its tilt mechanism.
+        OmniMorph without its tilt mechanism, 1.315 − 0.187 = 1.128 kg ::
+
+            bare = vehicle.mass - vehicle.tilt_mechanism_mass
+            vehicle.replace(mass=bare, tilt_mechanism_mass=0.0)
         """
         return dataclasses.replace(self, **changes)
 

@@ -47,6 +47,8 @@ def _lines(vehicle: Vehicle) -> Iterator[str]:
     yield f"name = {_quoted(vehicle.name)}"
     yield f"title = {_quoted(vehicle.title)}"
     yield f"mass_kg = {_number(vehicle.mass)}"
+    if vehicle.tilt_mechanism_mass:
+        yield f"tilt_mechanism_mass_kg = {_number(vehicle.tilt_mechanism_mass)}"
     yield f"inertia_kg_m2 = {_inertia(vehicle.inertia)}"
     yield from ("", "[rotor_defaults]")
     shared = [name for name in ROTOR_NUMBERS if len(set(getattr(vehicle, name).tolist())) == 1]

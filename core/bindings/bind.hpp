@@ -9,5 +9,6 @@ namespace omnimorph::python {
 void bind_model(nb::module_& m);
 void bind_plant(nb::module_& m);
 void bind_loop(nb::module_& m);
+void bind_analysis(nb::module_& m);
 
 }  // namespace omnimorph::python

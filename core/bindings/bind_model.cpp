@@ -1,8 +1,10 @@
-// Vehicle, wrench map, box QP, noise and the rotation group.
+// Vehicle, wrench map, interference, box QP, noise and the rotation group.
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
+#include "omnimorph/interference.hpp"
 #include "omnimorph/random.hpp"
 
 namespace omnimorph::python {
@@ -73,6 +75,23 @@ Numbers tilt_derivative(const AnyVehicle& v, const Array& thrust, const Array& t
     return new_array(rows.data(), {6, static_cast<std::size_t>(m)});
 }
 
+/// (above, below) of each pair.
+std::vector<std::array<int, 2>> stacked_pairs(const AnyVehicle& v) {
+    const Interference<double, 0> interference(v, WakeModel::published);
+    std::vector<std::array<int, 2>> pairs;
+    for (int p = 0; p < interference.n_pairs(); ++p) pairs.push_back({interference.pair(p).above, interference.pair(p).below});
+    return pairs;
+}
+
+/// The share of its thrust that each rotor loses.
+Numbers thrust_lost(const AnyVehicle& v, const Array& tilt, const Array& speed, bool blade_element) {
+    const Interference<double, 0> interference(v, blade_element ? WakeModel::blade_element : WakeModel::published);
+    const auto trig = trigonometry_of(per_servo_from(tilt, v.n_servos, "tilt"), v.n_servos);
+    auto share = interference.thrust_kept(interference.weights(trig), per_rotor_from(speed, v.n_rotors, "speed"));
+    for (int i = 0; i < v.n_rotors; ++i) share[i] = 1.0 - share[i];
+    return new_array(share.a, {static_cast<std::size_t>(v.n_rotors)});
+}
+
 std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower, const Array& upper, const Array& start) {
     const int n = static_cast<int>(g.size());
     if (n < 1 || n > most_rotors) throw nb::value_error("a box QP has 1 to 18 variables");
@@ -110,6 +129,8 @@ void bind_model(nb::module_& m) {
           "thrust_coefficient"_a, "drag_coefficient"_a, "speed_min"_a, "speed_max"_a, "spin_inertia"_a, "angle_min"_a, "angle_max"_a, "rate_max"_a);
     m.def("allocation_matrix", &allocation_matrix, "vehicle"_a, "tilt"_a);
     m.def("tilt_derivative", &tilt_derivative, "vehicle"_a, "thrust"_a, "tilt"_a);
+    m.def("stacked_pairs", &stacked_pairs, "vehicle"_a);
+    m.def("thrust_lost", &thrust_lost, "vehicle"_a, "tilt"_a, "speed"_a, "blade_element"_a);
     m.def("solve_box_qp", &solve_box_qp, "H"_a, "g"_a, "lower"_a, "upper"_a, "start"_a);
     m.def("measurement_normals", &measurement_normals, "seed"_a, "flight"_a, "first_step"_a, "steps"_a);
     m.def("philox", [](std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) { return philox(counter, key); }, "counter"_a, "key"_a);

@@ -113,7 +113,11 @@ void bind_plant(nb::module_& m) {
         .def("set_sine_wrench", &set_sine_wrench, "amplitude"_a, "frequency"_a, "phase"_a)
         .def("set_wrench_profile", &set_wrench_profile, "times"_a, "wrenches"_a)
         .def("set_effectiveness", &set_effectiveness, "share"_a)
-        .def("add_rotor_momentum", [](Settings& s) { s.rotor_momentum = true; });
+        .def("add_rotor_momentum", [](Settings& s) { s.rotor_momentum = true; })
+        .def("add_interference", [](Settings& s, bool blade_element) {
+            s.interference = true;
+            s.wake_model = blade_element ? WakeModel::blade_element : WakeModel::published;
+        }, "blade_element"_a);
 }
 
 }  // namespace omnimorph::python

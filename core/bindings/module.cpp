@@ -10,4 +10,5 @@ NB_MODULE(_core, m) {
     omnimorph::python::bind_model(m);
     omnimorph::python::bind_plant(m);
     omnimorph::python::bind_loop(m);
+    omnimorph::python::bind_analysis(m);
 }

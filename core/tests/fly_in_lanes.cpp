@@ -17,7 +17,7 @@ PlantSettings<double, paper::rotors> worn_plant(const Vehicle<double, paper::rot
     auto plant = paper::perfect_plant(vehicle);
     plant.integrator = integrator;
     plant.delay_steps = 3;
-    plant.rotor_momentum = true;
+    plant.rotor_momentum = plant.interference = true;
     const double h = plant.actuator_step();
     plant.speed_limits.active = plant.dead_band.active = plant.rotor_lag.active = true;
     for (int i = 0; i < paper::rotors; ++i) {

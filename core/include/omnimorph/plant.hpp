@@ -12,6 +12,7 @@
 #include "effects/rotor_lag.hpp"
 #include "effects/servo.hpp"
 #include "effects/speed_limits.hpp"
+#include "interference.hpp"
 #include "wrench.hpp"
 
 namespace omnimorph {
@@ -27,6 +28,8 @@ template <class T, int N> struct PlantSettings {
     Integrator integrator = Integrator::semi_implicit_euler;
     int delay_steps = 0;
     bool rotor_momentum = false;
+    bool interference = false;                // rotors in line take thrust from one another
+    WakeModel wake_model = WakeModel::published;
     SpeedLimits<T, N> speed_limits;
     DeadBand<T, N> dead_band;
     RotorLag<T, N> rotor_lag;
@@ -45,6 +48,8 @@ template <class T, int N> struct PlantSettings {
           integrator(other.integrator),
           delay_steps(other.delay_steps),
           rotor_momentum(other.rotor_momentum),
+          interference(other.interference),
+          wake_model(other.wake_model),
           speed_limits(other.speed_limits, other.vehicle.n_rotors),
           dead_band(other.dead_band, other.vehicle.n_rotors),
           rotor_lag(other.rotor_lag, other.vehicle.n_rotors),
@@ -76,7 +81,8 @@ template <class T, int N> class Plant {
     Actuators<T, N> actuators;
 
     Plant(const PlantSettings<T, N>& settings, const Motion<T>& start, const Command<T, N>& command)
-        : motion(start), settings_(settings), inverse_mass_(T(1) / settings.vehicle.mass), map_(speed_map(settings)), delay_(settings.delay_steps, command) {
+        : motion(start), settings_(settings), inverse_mass_(T(1) / settings.vehicle.mass), map_(speed_map(settings, settings.vehicle.drag_coefficient)),
+          thrust_map_(speed_map(settings, PerRotor<T, N>{})), wakes_(settings.vehicle, settings.wake_model), delay_(settings.delay_steps, command) {
         for (int i = 0; i < n(); ++i) {
             speed_squared_per_thrust_[i] = T(1) / settings.command_coefficient[i];
             actuators.speed[i] = speed_for(i, command.thrust[i]);
@@ -113,11 +119,11 @@ template <class T, int N> class Plant {
 
     int n() const { return settings_.vehicle.n_rotors; }
 
-    static WrenchMap<T, N> speed_map(const PlantSettings<T, N>& settings) {
+    static WrenchMap<T, N> speed_map(const PlantSettings<T, N>& settings, const PerRotor<T, N>& drag) {
         PerRotor<T, N> thrust{};
         for (int i = 0; i < settings.vehicle.n_rotors; ++i)
             thrust[i] = settings.effectiveness[i] * settings.vehicle.thrust_coefficient[i];
-        return WrenchMap<T, N>(settings.vehicle, thrust, settings.vehicle.drag_coefficient);
+        return WrenchMap<T, N>(settings.vehicle, thrust, drag);
     }
 
     T speed_for(int i, const T& thrust) const {
@@ -147,10 +153,19 @@ template <class T, int N> class Plant {
         PerRotor<T, N> squared;
         for (int i = 0; i < n(); ++i) squared[i] = a.speed[i] * magnitude(a.speed[i]);
         Load<T> out{wrench(map_.at(trig), squared, n()), Vec3<T>::zero()};
+        if (settings_.interference) out.wrench = out.wrench - wrench_lost(trig, a.speed, squared);
         if (settings_.rotor_momentum)
             for (int i = 0; i < n(); ++i)
                 out.momentum = out.momentum + (vehicle.spin_inertia[i] * vehicle.spin[i] * a.speed[i]) * rotor_axis(vehicle, i, trig);
         return out;
+    }
+
+    /// What the wakes take: the thrust alone, the drag torque stays.
+    Vec6<T> wrench_lost(const TiltTrigonometry<T>& trig, const PerRotor<T, N>& speed, const PerRotor<T, N>& squared) const {
+        const PerRotor<T, N> kept = wakes_.thrust_kept(wakes_.weights(trig), speed);
+        PerRotor<T, N> lost{};
+        for (int i = 0; i < n(); ++i) lost[i] = (T(1) - kept[i]) * squared[i];
+        return wrench(thrust_map_.at(trig), lost, n());
     }
 
     Vec6<T> disturbance(double time, const Vec6<T>& pushed) const {
@@ -218,7 +233,9 @@ template <class T, int N> class Plant {
     Load<T> load_;  // of the actuators as they are
     T inverse_mass_;
     PerRotor<T, N> speed_squared_per_thrust_;  // 1/c_f of the motor drivers
-    WrenchMap<T, N> map_;
+    WrenchMap<T, N> map_;          // signed squared speeds -> wrench
+    WrenchMap<T, N> thrust_map_;   // the same without drag
+    Interference<T, N> wakes_;
     CommandDelay<T, N> delay_;
 };
 

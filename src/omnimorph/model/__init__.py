@@ -1,1 +1,1 @@
-"""The documented face of the core's model: wrenches (`allocation`), rigid body (`dynamics`)."""
+"""The documented face of the core's model: wrenches (`allocation`), `dynamics`, `interference`."""

@@ -11,7 +11,7 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.core import as_core, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = ["allocation_matrix", "full_allocation_matrix", "tilt_derivative"]
+__all__ = ["allocation_matrix", "as_thrust", "full_allocation_matrix", "tilt_derivative"]
 
 
 def allocation_matrix(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
@@ -69,7 +69,7 @@ def tilt_derivative(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> Flo
     (6, m) array
         N/rad, then N m/rad, in B.
     """
-    f = _as_thrust(vehicle, thrust)
+    f = as_thrust(vehicle, thrust)
     return _core.tilt_derivative(as_core(vehicle), f, as_tilt(vehicle, tilt))
 
 
@@ -99,7 +99,14 @@ def full_allocation_matrix(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike)
     return np.hstack(columns)
 
 
-def _as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:
+def as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:
+    """Return one finite thrust, N, for each rotor: (n,) array.
+
+    Raises
+    ------
+    VehicleError
+        If it is anything else.
+    """
     f = np.ascontiguousarray(thrust, dtype=np.float64)
     if f.shape != (vehicle.n_rotors,) or not np.isfinite(f).all():
         allowed = f"one finite number of newtons for each of the {vehicle.n_rotors} rotors"

@@ -1,0 +1,56 @@
+"""What every effect is: a frozen record that adds itself to the core's plant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
+
+from omnimorph import _core
+from omnimorph.design.records import Record
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import MISSING, ScenarioError
+from omnimorph.protocols import FloatArray
+
+__all__ = ["FACTOR", "SIZE", "TIME", "Effect", "PlantBuild", "own_numbers"]
+
+# What a message says is allowed.
+TIME = "a number of milliseconds, not negative"
+SIZE = "a number, not negative"
+FACTOR = "a positive factor"
+
+
+class PlantBuild(NamedTuple):
+    """What an effect is added to: the core's settings, the true vehicle, and two times in s."""
+
+    settings: _core.PlantSettings
+    vehicle: Vehicle
+    control_period: float
+    step: float
+
+
+def own_numbers(plant: PlantBuild, kind: str, key: str, values: FloatArray) -> FloatArray:
+    """Return the vehicle's own numbers for an effect.
+
+    Raises
+    ------
+    ScenarioError
+        If all of them are zero, so that the effect would do nothing.
+    """
+    if values.size and not (values > 0.0).any():
+        allowed = f"given, because vehicle {plant.vehicle.name} has no such number of its own"
+        raise ScenarioError.at(kind, key, MISSING, allowed)
+    return values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect(Record):
+    """Base of all effects: by itself it changes nothing."""
+
+    kind: ClassVar[str] = "none"
+
+    def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
+        """Return the vehicle that really flies when the controller believes in `vehicle`."""
+        return vehicle
+
+    def add_to(self, plant: PlantBuild) -> None:
+        """Add the effect to the core's plant."""

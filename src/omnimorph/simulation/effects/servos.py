@@ -1,0 +1,44 @@
+"""Imperfections of the servos: lag and rate limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from omnimorph.design.records import quantity
+from omnimorph.simulation.effects.effect import TIME, Effect, PlantBuild, own_numbers
+
+__all__ = ["ServoLag", "ServoRateLimit"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServoLag(Effect):
+    """Tilt follows its command with a first-order lag of `time_constant` (s; the vehicle's own)."""
+
+    kind: ClassVar[str] = "servo-lag"
+    time_constant: float | None = quantity("ms", TIME, at_least=0.0, default=None)
+
+    def add_to(self, plant: PlantBuild) -> None:
+        """Set the time constant of every servo."""
+        if self.time_constant is None:
+            own = plant.vehicle.servo_time_constant
+            tau = own_numbers(plant, self.kind, "time_constant_ms", own)
+        else:
+            tau = np.full(plant.vehicle.n_servos, self.time_constant)
+        plant.settings.add_servo_lag(tau)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServoRateLimit(Effect):
+    """Tilt moves at most at `rate` (rad/s; the vehicle's own)."""
+
+    kind: ClassVar[str] = "servo-rate-limit"
+    rate: float | None = quantity("deg_per_s", "a positive number", above=0.0, default=None)
+
+    def add_to(self, plant: PlantBuild) -> None:
+        """Set the rate of every servo."""
+        own = self.rate is None
+        rate = plant.vehicle.servo_rate_max if own else np.full(plant.vehicle.n_servos, self.rate)
+        plant.settings.add_servo_rate_limit(rate)

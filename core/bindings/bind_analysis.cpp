@@ -1,7 +1,9 @@
 // Wrench sets and the thrusts of least effort.
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
+#include "omnimorph/facets.hpp"
 #include "omnimorph/least_effort.hpp"
 #include "omnimorph/zonotope.hpp"
 
@@ -45,6 +47,18 @@ std::tuple<Numbers, Numbers> bounding_hyperplanes_of(const Array& generators) {
     });
 }
 
+/// Corners (V, 3), the corners of each facet in order, and the halfspace it lies on.
+std::tuple<Numbers, std::vector<std::vector<int>>, std::vector<int>> facets_of_halfspaces(const Array& normals, const Array& distances) {
+    const std::size_t count = distances.size();
+    expect_size(normals, 3 * count, "normals");
+    std::vector<Vec3<double>> n;
+    for (std::size_t k = 0; k < count; ++k) n.push_back(vector_from<3>(normals.data() + 3 * k));
+    const Facets found = facets_of(n, {distances.data(), distances.data() + count});
+    std::vector<double> corners;
+    for (const Vec3<double>& x : found.corners) corners.insert(corners.end(), x.a, x.a + 3);
+    return {new_array(corners.data(), {found.corners.size(), 3}), found.polygons, found.halfspace};
+}
+
 /// Thrusts (K, n), multipliers (K, r), residuals (K,) and outcomes (K,) for K wrenches.
 std::tuple<Numbers, Numbers, Numbers, Numbers> least_effort(const Array& matrix, const Array& wrenches, const Array& price, const Array& lower,
                                                             const Array& upper, bool power) {
@@ -84,6 +98,7 @@ std::tuple<Numbers, Numbers, Numbers, Numbers> least_effort(const Array& matrix,
 void bind_analysis(nb::module_& m) {
     using namespace nb::literals;
     m.def("bounding_hyperplanes", &bounding_hyperplanes_of, "generators"_a);
+    m.def("facets", &facets_of_halfspaces, "normals"_a, "distances"_a);
     m.def("least_effort", &least_effort, "matrix"_a, "wrenches"_a, "price"_a, "lower"_a, "upper"_a, "power"_a);
 }
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from omnimorph import textbook
+    from omnimorph import analysis, textbook
     from omnimorph.control.allocators import FixedTilt, ThreeCandidates
     from omnimorph.control.controller import PoseController
     from omnimorph.control.tracking import TrackingGains
@@ -51,6 +51,7 @@ _HOME = {
     "TrackingGains": "control.tracking",
     "Vehicle": "design.vehicle",
     "allocation_matrix": "model.allocation",
+    "analysis": "analysis",
     "effects": "simulation.effects",
     "fly": "simulation.fly",
     "full_allocation_matrix": "model.allocation",
@@ -62,7 +63,7 @@ _HOME = {
     "load_vehicle": "design.files",
     "textbook": "textbook",
 }
-_MODULES = {"effects", "textbook"}
+_MODULES = {"analysis", "effects", "textbook"}
 
 __all__ = [
     "Command",
@@ -82,6 +83,7 @@ __all__ = [
     "Vehicle",
     "__version__",
     "allocation_matrix",
+    "analysis",
     "effects",
     "fly",
     "full_allocation_matrix",

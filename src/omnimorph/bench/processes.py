@@ -10,7 +10,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-__all__ = ["ProcessCost", "cost_of_flight", "cost_of_help", "cost_of_import"]
+__all__ = [
+    "ProcessCost",
+    "cost_of_analysis_page",
+    "cost_of_flight",
+    "cost_of_help",
+    "cost_of_import",
+]
 
 LAUNCHER = Path(__file__).with_name("launcher.py")
 
@@ -26,6 +32,12 @@ def cost_of_flight() -> ProcessCost:
     """Fly Case A from the command line, all files written."""
     with TemporaryDirectory(prefix="omnimorph-bench-") as folder:
         return _cost_of(["-m", "omnimorph", "fly", "paper-case-a", "--out", f"{folder}/run"])
+
+
+def cost_of_analysis_page() -> ProcessCost:
+    """Do the same and write the page with its figures."""
+    with TemporaryDirectory(prefix="omnimorph-bench-") as folder:
+        return _cost_of(["-m", "omnimorph", "analyze", "omnimorph", "--out", f"{folder}/page"])
 
 
 def cost_of_import() -> ProcessCost:

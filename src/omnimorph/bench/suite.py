@@ -6,6 +6,12 @@ import time
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
+from omnimorph.bench.analysis import (
+    AnalysisTimes,
+    RadiusTimes,
+    time_analysis,
+    time_radii,
+)
 from omnimorph.bench.flights import (
     ControlTimes,
     LoopTimes,
@@ -14,7 +20,13 @@ from omnimorph.bench.flights import (
     time_python_loop,
 )
 from omnimorph.bench.measurement import BenchReport, Measurement
-from omnimorph.bench.processes import ProcessCost, cost_of_flight, cost_of_help, cost_of_import
+from omnimorph.bench.processes import (
+    ProcessCost,
+    cost_of_analysis_page,
+    cost_of_flight,
+    cost_of_help,
+    cost_of_import,
+)
 from omnimorph.bench.provenance import provenance_of_machine
 
 __all__ = ["measure"]
@@ -29,13 +41,16 @@ class _Round(NamedTuple):
     loops: LoopTimes
     control: ControlTimes
     python_loop: float
+    radii: RadiusTimes
+    analysis: AnalysisTimes
     flight: ProcessCost
+    analysis_page: ProcessCost
     importing: ProcessCost
     help: ProcessCost
 
 
 def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport:
-    """Measure everything on this machine; about half a minute.
+    """Measure everything on this machine; about a minute and a half.
 
     Parameters
     ----------
@@ -58,6 +73,7 @@ def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport
     began = time.perf_counter()
     time_loops()
     warm_up = time.perf_counter() - began
+    time_radii(seed=0, turns=1)  # loads what they all need
     done: list[_Round] = []
     for _ in range(rounds):
         done.append(
@@ -65,14 +81,24 @@ def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport
                 time_loops(),
                 time_control_steps(),
                 time_python_loop(),
+                time_radii(seed=len(done)),
+                time_analysis(),
                 cost_of_flight(),
+                cost_of_analysis_page(),
                 cost_of_import(),
                 cost_of_help(),
             )
         )
         if progress is not None:
             progress(len(done), rounds)
-    rows = (*_loop_rows(done, warm_up), *_python_rows(done), *_process_rows(done))
+    rows = (
+        *_loop_rows(done, warm_up),
+        *_python_rows(done),
+        *_radius_rows([one.radii for one in done]),
+        *_sampling_rows([one.radii for one in done]),
+        *_analysis_rows(done),
+        *_process_rows(done),
+    )
     return BenchReport(measurements=rows, provenance=provenance)
 
 
@@ -168,6 +194,116 @@ def _python_rows(done: list[_Round]) -> list[Measurement]:
             [one.python_loop for one in done],
             30e3,
             "at least",
+        ),
+    ]
+
+
+def _radius_rows(radii: list[RadiusTimes]) -> list[Measurement]:
+    times: tuple[tuple[str, str, list[float], float | None], ...] = (
+        (
+            "free_moment_radius_us",
+            "largest force in every direction, moments free: exact, each call at a new tilt",
+            [one.free for one in radii],
+            100.0,
+        ),
+        (
+            "free_moment_radius_by_grid_us",
+            "the same by the hull of the forces of 3⁸ thrusts, in turns",
+            [one.grid.time for one in radii],
+            None,
+        ),
+        (
+            "free_moment_radius_by_random_us",
+            "the same by that of 10⁵ random thrusts, in turns",
+            [one.drawn.time for one in radii],
+            None,
+        ),
+        (
+            "zero_moment_radius_us",
+            "largest force in every direction without a moment: exact",
+            [one.zero for one in radii],
+            2000.0,
+        ),
+        (
+            "zero_moment_radius_by_random_us",
+            "the same by random thrusts that leave at most 1 % of the largest moment",
+            [one.drawn_zero.time for one in radii],
+            None,
+        ),
+        (
+            "zero_moment_radius_by_projection_us",
+            "the same by random thrusts, projected on those that make no moment",
+            [one.projected.time for one in radii],
+            None,
+        ),
+    )
+    return [
+        _row(name, what, "µs", [1e6 * seconds for seconds in samples], target)
+        for name, what, samples, target in times
+    ]
+
+
+def _sampling_rows(radii: list[RadiusTimes]) -> list[Measurement]:
+    errors = (
+        (
+            "free_moment_grid_error_percent",
+            "error of the grid's radius: the corners are in the grid, so it is exact as well",
+            [one.grid.error for one in radii],
+        ),
+        (
+            "free_moment_random_error_percent",
+            "error of the random thrusts' radius",
+            [one.drawn.error for one in radii],
+        ),
+        (
+            "zero_moment_random_error_percent",
+            "error at zero moment of those with little moment; 100 if too few are left for a hull",
+            [one.drawn_zero.error for one in radii],
+        ),
+        (
+            "zero_moment_projection_error_percent",
+            "error at zero moment of those projected",
+            [one.projected.error for one in radii],
+        ),
+    )
+    rows = [
+        _row(name, what, "%", [100.0 * error for error in samples])
+        for name, what, samples in errors
+    ]
+    left = [one.drawn_zero.used for one in radii]
+    what = "random thrusts that leave at most 1 % of the largest moment, of 10⁵"
+    rows.append(_row("zero_moment_random_left", what, "thrusts", left))
+    return rows
+
+
+def _analysis_rows(done: list[_Round]) -> list[Measurement]:
+    return [
+        _row(
+            "tilt_sweep_s",
+            "ranks, radii, lift and least power at 181 tilts",
+            "s",
+            [one.analysis.sweep for one in done],
+            2.0,
+        ),
+        _row(
+            "hover_map_s",
+            "least hover power in 100 attitudes at 61 tilts",
+            "s",
+            [one.analysis.hover_map for one in done],
+            10.0,
+        ),
+        _row(
+            "cold_analysis_page_s",
+            "`omnimorph analyze omnimorph --out DIR` from a cold process, page and figures written",
+            "s",
+            [one.analysis_page.wall for one in done],
+            4.0,
+        ),
+        _row(
+            "cold_analysis_page_MB",
+            "its peak memory",
+            "MB",
+            [one.analysis_page.memory for one in done],
         ),
     ]
 

@@ -2,15 +2,39 @@
 
 from __future__ import annotations
 
+import math
 from argparse import ArgumentParser
 from collections.abc import Callable
 from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = ["folder", "one_of_the_list", "positive_number", "seed_number"]
+__all__ = ["angles_in_degrees", "folder", "one_of_the_list", "positive_number", "seed_number"]
 
 _LARGEST = 2**64 - 1
+
+
+def angles_in_degrees(text: str) -> list[float] | float:
+    """Read ``--tilt``: one angle, or one for each servo with commas between; return radians.
+
+    Raises
+    ------
+    InputError
+        If it is no number, or not finite.
+
+    Examples
+    --------
+    >>> angles_in_degrees("180")
+    3.141592653589793
+    """
+    try:
+        angles = [math.radians(float(part)) for part in text.split(",")]
+    except ValueError:
+        angles = [math.nan]
+    if not all(math.isfinite(angle) for angle in angles):
+        allowed = "a number of degrees, or one for each servo with commas between"
+        raise InputError.at("the command line", "--tilt", text, allowed)
+    return angles[0] if len(angles) == 1 else angles
 
 
 def folder(text: str) -> Path:

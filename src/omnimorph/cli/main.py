@@ -21,6 +21,7 @@ from typing import NoReturn
 
 from omnimorph import __version__
 from omnimorph.cli import (
+    analyze,
     bench,
     console,
     fly,
@@ -36,6 +37,7 @@ __all__ = ["COMMANDS", "main"]
 
 COMMANDS: dict[str, ModuleType] = {
     "vehicles": vehicles,
+    "analyze": analyze,
     "scenarios": scenarios,
     "fly": fly,
     "reproduce": reproduce,

@@ -2,6 +2,7 @@
 
 Figures are as wide as the text of an A4 page (7.0 in), so that nothing is scaled in print and no
 letter is smaller than 8 pt. The palette is that of Okabe and Ito; curves also differ by their line.
+Letters are kept as outlines, in SVG and in PDF: they need no font, wherever they are shown.
 """
 
 from __future__ import annotations
@@ -9,8 +10,8 @@ from __future__ import annotations
 import functools
 import io
 import re
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
@@ -31,6 +32,7 @@ __all__ = [
     "LIMIT",
     "PURPLE",
     "SILVER",
+    "VEIL",
     "VERMILLION",
     "WIDTH",
     "YELLOW",
@@ -50,6 +52,8 @@ VERMILLION, BLUE, GREEN, PURPLE = "#D55E00", "#0072B2", "#009E73", "#CC79A7"
 YELLOW, BLACK, GREY, SILVER = "#F0E442", "#000000", "#767676", "#bdbdbd"
 LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (1.5, 2.0)), "linewidth": 1.0, "zorder": 1}
 """How a limit is drawn."""
+VEIL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.6}
+"""What stands between words and the lines behind them."""
 
 WIDTH = 7.0
 """Of every figure, inches."""
@@ -78,7 +82,7 @@ _SETTINGS: Any = {
     "legend.frameon": False,
     "svg.fonttype": "path",
     "svg.hashsalt": "omnimorph",
-    "pdf.fonttype": 42,
+    "pdf.fonttype": 42,  # for letters that are no outlines after all: TrueType, as printers ask
     "path.simplify_threshold": 0.2,
 }
 # Only coordinates are rounded: a glyph's scale, 0.015625, stands in a `transform`.
@@ -201,9 +205,28 @@ def _rounded(found: re.Match[str]) -> str:
 def _drawn(figure: Figure, kind: str) -> bytes:
     undated = {"Date": None} if kind == "svg" else {"CreationDate": None}
     page = io.BytesIO()
-    with _house_style():
+    with _house_style(), _outlined_letters(figure) if kind == "pdf" else nullcontext():
         figure.savefig(page, format=kind, metadata=undated, facecolor="white")
     return page.getvalue()
+
+
+@contextmanager
+def _outlined_letters(figure: Figure) -> Iterator[None]:
+    """Have a renderer draw letters as shapes, as it does where an effect is asked of them.
+
+    The part of a font that is used takes ten times as long to embed as the figure to write.
+    """
+    from matplotlib.patheffects import Normal
+    from matplotlib.text import Text
+
+    texts = [text for text in figure.findobj(Text) if not text.get_path_effects()]
+    for text in texts:
+        text.set_path_effects([Normal()])
+    try:
+        yield
+    finally:
+        for text in texts:
+            text.set_path_effects([])
 
 
 def _house_style() -> AbstractContextManager[None]:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.protocols import FloatArray
 from omnimorph.results.measures import MEASURES
 from omnimorph.results.metrics import Metrics
 from omnimorph.results.run import Run
@@ -18,10 +19,12 @@ from omnimorph.units import from_SI
 
 __all__ = [
     "Table",
+    "degrees",
     "metrics_table",
     "number",
     "plant_table",
     "source_table",
+    "tilt_words",
     "trajectory_table",
 ]
 
@@ -61,6 +64,7 @@ _EFFECTS = {
     "constant-wrench": "a constant force (in W) and torque (in B)",
     "sine-wrench": "a swinging force (in W) and torque (in B)",
     "wrench-profile": "a force (in W) and torque (in B) over time",
+    "interference": "rotors in line take thrust from one another",
     "rotor-momentum": "the spinning rotors carry angular momentum",
 }
 # What an effect without numbers of its own takes from the vehicle: field, unit.
@@ -73,6 +77,7 @@ _OWN_VALUES = {
 }
 _FIELD_UNITS = {
     "mass": ("", "kg"),
+    "tilt_mechanism_mass": ("", "kg"),
     "inertia": ("", "kg m²"),
     "rotor_position": ("", "m"),
     "thrust_coefficient": ("N_per_Hz2", "N/Hz²"),
@@ -119,6 +124,33 @@ def number(value: float | None, digits: int = 4) -> str:
     else:
         text = f"{value:.{digits}g}"
     return text.replace(",", "\N{NARROW NO-BREAK SPACE}").replace("-", "−")
+
+
+def degrees(angle: float) -> str:
+    """Return an angle, given in rad, in degrees, with two decimals if it is not a whole number.
+
+    Examples
+    --------
+    >>> degrees(math.pi / 3), degrees(-0.66642708), degrees(-1e-17)
+    ('60°', '−38.18°', '0°')
+    """
+    value = math.degrees(angle)
+    whole = abs(value - round(value)) < 1e-6
+    return f"{round(value):d}°".replace("-", "−") if whole else f"{value:.2f}°".replace("-", "−")
+
+
+def tilt_words(tilt: FloatArray) -> str:
+    """Return the tilt of the servos, rad: one angle if all have the same; "" if there are none.
+
+    Examples
+    --------
+    >>> tilt_words(np.radians([30.0, 30.0])), tilt_words(np.radians([0.0, 12.5]))
+    ('30°', '(0°, 12.50°)')
+    """
+    angles = [degrees(float(angle)) for angle in tilt]
+    if len(set(angles)) > 1:
+        return "(" + ", ".join(angles) + ")"
+    return angles[0] if angles else ""
 
 
 def metrics_table(caption: str, columns: Mapping[str, Metrics]) -> Table:

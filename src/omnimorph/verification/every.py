@@ -6,9 +6,11 @@ from collections.abc import Callable, Sequence
 
 from omnimorph.verification import (
     actuators,
+    force_sets,
     hovering,
     integration,
     momentum,
+    morphing,
     motors,
     noise,
     pushes,
@@ -21,6 +23,8 @@ __all__ = ["CASES", "run_cases"]
 
 CASES: tuple[Case, ...] = (
     *wrench_map.CASES,
+    *force_sets.CASES,
+    *morphing.CASES,
     *integration.CASES,
     *momentum.CASES,
     *motors.CASES,

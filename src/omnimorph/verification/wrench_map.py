@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from omnimorph.analysis.hover import HoverPoint, hover
 from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix, tilt_derivative
-from omnimorph.model.dynamics import GRAVITY, rotation_exponential
+from omnimorph.model.dynamics import rotation_exponential
 from omnimorph.protocols import FloatArray
 from omnimorph.verification.case import Case, Result, case, largest
 from omnimorph.verification.setting import TURN, omnimorph, spin_axes
@@ -135,50 +136,47 @@ def other_spins_lose_a_rank() -> Result:
     return Result(value=float(right), expected=1.0, tolerance=0.0)
 
 
-def _hovering(tilt_deg: float) -> tuple[float, float, float]:
-    """Return speed (Hz), power as the paper counts it and power (W) of the least-norm thrust."""
-    vehicle = omnimorph()
-    weight = np.array([0.0, 0.0, vehicle.mass * GRAVITY, 0.0, 0.0, 0.0])
-    thrust = np.linalg.pinv(allocation_matrix(vehicle, np.radians(tilt_deg))) @ weight
-    speed = np.sqrt(np.abs(thrust) / vehicle.thrust_coefficient)
-    power = float(np.sum(vehicle.drag_coefficient * speed**3))
-    return float(speed.max()) / TURN, power / TURN, power
+def _level(tilt_deg: float) -> HoverPoint:
+    """Return how OmniMorph hovers level with the thrusts of least norm, as in the paper."""
+    return hover(omnimorph(), np.radians(tilt_deg), least="norm")
 
 
 @case(_FIGURES)
 def hover_speed_level() -> Result:
     """With untilted rotors OmniMorph hovers at 93.01 Hz."""
-    return Result(value=_hovering(0.0)[0], expected=93.01, tolerance=0.005, unit="Hz")
+    return Result(value=_level(0.0).speed.max() / TURN, expected=93.01, tolerance=0.005, unit="Hz")
 
 
 @case(_FIGURES)
 def hover_power_level_as_the_paper_counts() -> Result:
     """That takes 17.730 as the paper counts power, with speeds in Hz."""
-    return Result(value=_hovering(0.0)[1], expected=17.730, tolerance=5e-4, unit="N m Hz")
+    return Result(value=_level(0.0).power_paper, expected=17.730, tolerance=5e-4, unit="N m Hz")
 
 
 @case(_FIGURES)
 def hover_power_level() -> Result:
     """That takes 111.40 W of drag power."""
-    return Result(value=_hovering(0.0)[2], expected=111.40, tolerance=5e-3, unit="W")
+    return Result(value=_level(0.0).power, expected=111.40, tolerance=5e-3, unit="W")
 
 
 @case(_FIGURES)
 def hover_speed_tilted() -> Result:
     """At 60° of tilt OmniMorph hovers level at 131.54 Hz, with the thrusts of least norm."""
-    return Result(value=_hovering(60.0)[0], expected=131.54, tolerance=0.005, unit="Hz")
+    return Result(
+        value=_level(60.0).speed.max() / TURN, expected=131.54, tolerance=0.005, unit="Hz"
+    )
 
 
 @case(_FIGURES)
 def hover_power_tilted_as_the_paper_counts() -> Result:
     """That takes 50.148 as the paper counts power."""
-    return Result(value=_hovering(60.0)[1], expected=50.148, tolerance=5e-4, unit="N m Hz")
+    return Result(value=_level(60.0).power_paper, expected=50.148, tolerance=5e-4, unit="N m Hz")
 
 
 @case(_FIGURES)
 def hover_power_tilted() -> Result:
     """That takes 315.09 W of drag power."""
-    return Result(value=_hovering(60.0)[2], expected=315.09, tolerance=5e-3, unit="W")
+    return Result(value=_level(60.0).power, expected=315.09, tolerance=5e-3, unit="W")
 
 
 CASES: tuple[Case, ...] = (

@@ -1,0 +1,133 @@
+"""In which attitudes a vehicle can hover, and at which tilts that is all of them.
+
+A vehicle is omnidirectional where its force set holds the ball of its weight. There are two force
+sets, and so two answers: with free moments, and at zero moment, which is what hovering needs. The
+paper does not say which it takes; its 37° is the first.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph.analysis.scaling import checked_tilt, common_limits
+from omnimorph.analysis.tilt_search import highest_point, intervals_above_zero
+from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.dynamics import GRAVITY
+from omnimorph.protocols import FloatArray
+
+__all__ = [
+    "inscribed_radius",
+    "level_hover_range",
+    "omnidirectional_range",
+    "tilt_of_largest_radius",
+]
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def inscribed_radius(
+    vehicle: Vehicle, tilt: ArrayLike, *, zero_moment: bool, beyond_limits: bool = False
+) -> float:
+    """Return the largest force, N, that a vehicle can make in every direction.
+
+    The radius of the largest ball about zero in the force set: with free moments, or at zero
+    moment. It is 0 where the set is flat.
+
+    Raises
+    ------
+    VehicleError
+        If the tilt cannot be used.
+
+    Examples
+    --------
+    OmniMorph at 45°: √8 f_max = 15.16 N with free moments, 14.72 N at zero moment.
+    """
+    return force_set(
+        vehicle, tilt, zero_moment=zero_moment, beyond_limits=beyond_limits
+    ).inscribed_radius
+
+
+def omnidirectional_range(
+    vehicle: Vehicle, *, zero_moment: bool = True, beyond_limits: bool = False
+) -> FloatArray:
+    """Return the intervals of tilt in which a vehicle can hold its weight in every attitude.
+
+    Where the inscribed radius is at least m g; ends are its roots, to about 1e-12 rad. Intervals,
+    and gaps between them, narrower than half a degree may be missed.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Its tilt is common to all servos.
+    zero_moment : bool
+        Of the force set at zero moment, which hovering needs, or with free moments.
+    beyond_limits : bool
+        Search the whole turn, −180° to 180°, instead of what the servos reach.
+
+    Returns
+    -------
+    (K, 2) array, rad
+        Begin and end of each interval; no rows if there is none. A vehicle without servos that is
+        omnidirectional has the one interval from 0 to 0.
+
+    Raises
+    ------
+    VehicleError
+        If no tilt is within the limits of all servos (and `beyond_limits` is not set).
+
+    Examples
+    --------
+    OmniMorph, beyond its limit of 60°: 38.18° to 69.73° at zero moment, 37.00° to 70.28° with free
+    moments. Tilted the other way it has the same forces, but not the same moments: −69.22° to
+    −42.75° at zero moment.
+    """
+    weight = vehicle.mass * GRAVITY
+    return intervals_above_zero(
+        lambda tilt: (
+            inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True) - weight
+        ),
+        *_searched(vehicle, beyond_limits),
+    )
+
+
+def level_hover_range(vehicle: Vehicle, *, beyond_limits: bool = False) -> FloatArray:
+    """Return the intervals of tilt, (K, 2), rad, in which a vehicle can hover level.
+
+    Where the largest upward force without a moment is at least the weight, and the least, of rotors
+    that cannot turn slowly, at most. See `omnidirectional_range` for the arguments. OmniMorph: up
+    to 72.49°, beyond its limit.
+    """
+    weight = vehicle.mass * GRAVITY
+
+    def spare(tilt: float) -> float:
+        forces = force_set(vehicle, tilt, zero_moment=True, beyond_limits=True)
+        least, most = forces.stretch(_UP)
+        return min(most - weight, weight - least)
+
+    return intervals_above_zero(spare, *_searched(vehicle, beyond_limits))
+
+
+def tilt_of_largest_radius(
+    vehicle: Vehicle, *, zero_moment: bool = True, beyond_limits: bool = False
+) -> float:
+    """Return the tilt, rad, at which the inscribed radius is largest.
+
+    See `omnidirectional_range` for the arguments. OmniMorph: 54.7356° = atan √2 with free moments.
+    """
+    low, high = _searched(vehicle, beyond_limits)
+    return highest_point(
+        lambda tilt: inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True),
+        low,
+        high,
+    )
+
+
+def _searched(vehicle: Vehicle, beyond_limits: bool) -> tuple[float, float]:
+    """Return the range of tilts to search; checks that the vehicle has one."""
+    if beyond_limits and vehicle.n_servos:
+        return -np.pi, np.pi
+    low, high = common_limits(vehicle)
+    checked_tilt(vehicle, low)
+    return low, high

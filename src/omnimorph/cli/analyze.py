@@ -1,0 +1,232 @@
+"""Analyse a vehicle: actuation, force and moment sets, hover and its power, morphing."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from omnimorph.cli import console
+from omnimorph.cli.arguments import angles_in_degrees, folder
+from omnimorph.errors import InputError
+
+if TYPE_CHECKING:
+    from omnimorph import Vehicle
+    from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
+    from omnimorph.protocols import FloatArray
+
+__all__ = ["SUMMARY", "add_arguments", "answer"]
+
+_PAGE = "analysis.html"
+SUMMARY = "analyse a vehicle: what it can move, hold and hover, and at what cost"
+NEEDS = ("omnimorph.analysis", "omnimorph.design.schema", "scipy.optimize", "scipy.spatial")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "vehicle",
+        metavar="VEHICLE",
+        help="a name that `omnimorph vehicles` lists, or a TOML file",
+    )
+    parser.add_argument(
+        "--tilt",
+        type=angles_in_degrees,
+        metavar="DEG",
+        help="show the sets at this tilt; with commas, one angle for each servo "
+        "(default: where the radius at zero moment is largest)",
+    )
+    parser.add_argument(
+        "--beyond-limits",
+        action="store_true",
+        help="allow a tilt that the servos cannot reach",
+    )
+    parser.add_argument(
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="write analysis.html, its figures and results.json there",
+    )
+
+
+def answer(options: argparse.Namespace) -> console.Answer:
+    """Analyse, write the page if one is wanted, and tell what came out."""
+    import omnimorph as om
+    from omnimorph.report.analysis_data import analysis_data
+
+    vehicle = om.load_vehicle(options.vehicle)
+    _check_count(options.tilt, vehicle)
+    with console.Progress(f"analysing {vehicle.name}:") as progress:
+        ask = partial(
+            om.analysis.analyze,
+            vehicle,
+            options.tilt,
+            beyond_limits=options.beyond_limits,
+            progress=progress,
+        )
+        if options.out is None:
+            analysis, where = ask(), "`--out DIR` writes the page with the figures."
+        else:
+            analysis, where = _written(ask, options.out), f"The page: {options.out / _PAGE}"
+    return console.Answer(text=f"{_as_text(analysis)}\n\n{where}", data=analysis_data(analysis))
+
+
+def _written(ask: Callable[[], VehicleAnalysis], out: Path) -> VehicleAnalysis:
+    """Analyse and write everything into a folder that was found fit for it before."""
+    from omnimorph.report.analysis_data import ANALYSIS_SCHEMA, analysis_data
+    from omnimorph.report.analysis_page import write_analysis_page
+    from omnimorph.results.atomic import write_text
+    from omnimorph.studies.own_folder import own_folder
+
+    with own_folder(out, ANALYSIS_SCHEMA) as part:
+        analysis = ask()
+        write_analysis_page(analysis, part)
+        text = json.dumps(analysis_data(analysis), ensure_ascii=False, allow_nan=False)
+        write_text(part / "results.json", text + "\n")
+    return analysis
+
+
+def _check_count(tilt: list[float] | float | None, vehicle: Vehicle) -> None:
+    """Refuse a number of angles that does not fit the number of servos."""
+    if tilt is None:
+        return
+    angles, servos = tilt if isinstance(tilt, list) else [tilt], vehicle.n_servos
+    if servos == 0 or len(angles) not in (1, servos):
+        allowed = f"one angle, or one for each of its {servos} servos"
+        if servos < 2:
+            allowed = "one angle" if servos else "left out, as the vehicle has no servos"
+        shown = [round(math.degrees(angle), 9) for angle in angles]
+        raise InputError.at(f"vehicle {vehicle.name}", "--tilt", shown, allowed)
+
+
+def _as_text(analysis: VehicleAnalysis) -> str:
+    vehicle = analysis.vehicle
+    low, high = (_deg(limit) for limit in analysis.limits)
+    servos = f"tilt {low}° to {high}°" if vehicle.n_servos else "no servos"
+    parts = [
+        f"{vehicle.name}: {vehicle.title}".rstrip(": "),
+        f"{console.counted(vehicle.n_rotors, 'rotor')}, {servos}; {vehicle.mass:g} kg, "
+        f"weight {analysis.weight:.4g} N",
+        "",
+        _table_by_tilt(analysis),
+        "",
+        "Radius: the largest force in every direction, N; with moments free (papers often mean "
+        "this), and at zero moment,\nwhich hovering needs. Lift: straight up, at zero moment. "
+        "Power: against drag, hovering level; “paper”: speeds in Hz.",
+        *([_DEAD_BAND] if vehicle.dead_band.any() else []),
+        "",
+        *_hovering_lines(analysis),
+        *_singular_lines(analysis),
+        *_wake_lines(analysis),
+        *_trade_lines(analysis),
+    ]
+    return "\n".join(parts)
+
+
+_DEAD_BAND = "The dead band of the rotors is ignored: thrusts it forbids count as possible."
+
+
+def _table_by_tilt(analysis: VehicleAnalysis) -> str:
+    header = [
+        *("tilt °", "rank A", "rank F", "condition", "r free N", "r zero N", "lift N"),
+        *("power W", "paper", "class"),
+    ]
+    rows = [_row(one) for one in analysis.at]
+    if not analysis.vehicle.n_servos:
+        header, rows = header[1:], [row[1:] for row in rows]
+    return console.table(rows, header=header, align="r" * (len(header) - 1))
+
+
+def _row(one: AtTilt) -> list[str]:
+    actuation, power = one.actuation, one.hover
+    thrust = actuation.thrust_kind.value
+    words = f"{actuation.kind.value}; {thrust}" + (f" ({one.why})" if one.why else "")
+    return [
+        ", ".join(_deg(angle) for angle in one.tilt),
+        str(actuation.rank_thrust),
+        str(actuation.rank_full),
+        console.number(actuation.condition_number, 4),
+        console.number(one.force_free.inscribed_radius, 4),
+        console.number(one.force_zero.inscribed_radius, 4),
+        console.number(one.force_zero.reach([0.0, 0.0, 1.0]), 4),
+        console.number(power.power),
+        console.number(power.power_paper),
+        words,
+    ]
+
+
+def _hovering_lines(analysis: VehicleAnalysis) -> list[str]:
+    found = analysis.omnidirectional
+    if not analysis.vehicle.n_servos:
+        every, level = len(found.zero_moment) > 0, len(found.level) > 0
+        share = float(analysis.hover_map.feasible.mean())
+        return [
+            f"It can hover level: {_yes(level)}; in every attitude: {_yes(every)}; "
+            f"in {share:.0%} of {len(analysis.hover_map.up)} attitudes."
+        ]
+    rows = [
+        ("every attitude, zero moment", found.zero_moment, found.zero_moment_beyond),
+        ("every attitude, free moments", found.free_moment, found.free_moment_beyond),
+        ("level", found.level, found.level_beyond),
+    ]
+    table = [[words, _intervals(within), _intervals(beyond)] for words, within, beyond in rows]
+    header = ["it can hover", "within its limits", "if the servos turned all the way"]
+    return [console.table(table, header=header)]
+
+
+def _singular_lines(analysis: VehicleAnalysis) -> list[str]:
+    if not analysis.singular:
+        return []
+    tilts = ", ".join(f"{_deg(one.tilt)}° (rank {one.rank})" for one in analysis.singular)
+    return ["", f"Singular tilts, over the whole turn: {tilts}."]
+
+
+def _wake_lines(analysis: VehicleAnalysis) -> list[str]:
+    wakes = analysis.wakes
+    if wakes is None:
+        return []
+    ends = (0,) if len(wakes.tilt) == 1 else (0, -1)
+    told = ", ".join(
+        f"{console.number(wakes.power[k], 4)} W instead of "
+        f"{console.number(wakes.power_still[k], 4)} W at {_deg(wakes.tilt[k])}°"
+        for k in ends
+    )
+    pairs = console.counted(len(wakes.pairs), "pair")
+    return ["", f"Interference: {pairs} of rotors in line; hovering level takes {told}."]
+
+
+def _trade_lines(analysis: VehicleAnalysis) -> list[str]:
+    trade = analysis.trade
+    if trade is None or trade.own is None:
+        return []
+    tilts = [("in still air", trade.break_even)]
+    if analysis.wakes is not None:
+        tilts.append(("with interference", trade.break_even_in_wakes))
+    told = ", ".join(
+        f"{where} beyond {_deg(tilt)}°" if tilt is not None else f"{where} never"
+        for where, tilt in tilts
+    )
+    return [
+        "",
+        f"Its tilt mechanism is {trade.own:.2%} of the rest; against a vehicle with a fixed tilt "
+        f"it pays {told}.",
+    ]
+
+
+def _intervals(intervals: FloatArray) -> str:
+    return ", ".join(f"{_deg(low)}° to {_deg(high)}°" for low, high in intervals) or "nowhere"
+
+
+def _deg(angle: float) -> str:
+    """Return an angle in degrees: a whole number if it is one, else two decimal places."""
+    degrees = math.degrees(angle)
+    whole = round(degrees)
+    return str(whole) if abs(degrees - whole) < 1e-7 else f"{degrees:.2f}"
+
+
+def _yes(truth: bool) -> str:
+    return "yes" if truth else "no"

@@ -1,0 +1,185 @@
+"""The page of an analysis: true sentences, for any vehicle, in one file that needs no other."""
+
+from __future__ import annotations
+
+import html
+import math
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.unit.analysis_parts import (
+    NOT_MORPHING,
+    OMNIMORPH,
+    analysis_of_omnimorph,
+    build_tilting_hexarotor,
+)
+
+import omnimorph as om
+from omnimorph.analysis import analyze
+from omnimorph.analysis.overview import VehicleAnalysis
+from omnimorph.report.analysis_page import write_analysis_page
+from omnimorph.report.analysis_summary import ignored, key_points
+from omnimorph.report.analysis_words import (
+    condition_words,
+    intervals_words,
+    lost_words,
+    rows_by_tilt,
+    singular_words,
+)
+from omnimorph.report.tables import degrees, tilt_words
+
+
+@pytest.fixture(scope="module")
+def analysis() -> VehicleAnalysis:
+    return analysis_of_omnimorph()
+
+
+def visible_text(page: Path) -> str:
+    """Return what a page says, without its figures."""
+    text = re.sub(r"<(svg|style).*?</\1>", " ", page.read_text(encoding="utf-8"), flags=re.S)
+    text = html.unescape(re.sub(r"<[^>]*>", " ", text))
+    return re.sub(r"\s+", " ", text)
+
+
+# --- words ----------------------------------------------------------------------------------------
+
+
+def test_conditions_read_as_formulas() -> None:
+    assert condition_words(np.array([[1.0, 0, -1, 0], [0, 1.0, 0, -0.5]])) == (
+        "f₀ − f₂ or f₁ − 0.5 f₃ not zero"
+    )
+    assert condition_words(np.eye(12)[11:]) == "f₁₁ not zero"
+    assert condition_words(-np.eye(2)[:1]) == "−f₀ not zero"
+    assert condition_words(np.empty((0, 4))) == "never"
+
+
+def test_lost_wrenches_are_named() -> None:
+    assert lost_words(np.eye(6)[:, [0, 5]]) == "force along x and torque about z"
+    oblique = np.array([[0.6, 0, 0, 0, 0.8, 0]]).T
+    assert lost_words(oblique) == "a combination of forces and torques"
+    assert lost_words(np.hstack([oblique, np.eye(6)[:, 2:3]])) == (
+        "force along z and a combination of forces and torques"
+    )
+
+
+def test_angles_and_intervals_read_well() -> None:
+    assert [degrees(math.radians(angle)) for angle in (60.0, -1e-15, -38.177)] == [
+        "60°",
+        "0°",
+        "−38.18°",
+    ]
+    assert tilt_words(np.zeros(0)) == ""
+    assert tilt_words(np.radians([30.0] * 4)) == "30°"
+    assert tilt_words(np.radians([30.0, 12.5])) == "(30°, 12.50°)"
+    assert intervals_words(np.radians([[1.0, 2.0], [3.0, 3.0]])) == "from 1° to 2° and at 3°"
+
+
+def test_rows_are_told_once_with_all_reasons(analysis: VehicleAnalysis) -> None:
+    rows = rows_by_tilt(analysis)
+    tilts = [float(one.tilt[0]) for one, _ in rows]
+    assert tilts == sorted(set(tilts))
+    assert {reason for one in analysis.at for reason in one.why.split(", ")} == {
+        reason for _, why in rows for reason in why.split(", ")
+    }
+    assert singular_words(analysis) == "to 4 at 0° and 180°, to 5 at −90° and 90°"
+
+
+def test_key_points_of_omnimorph(analysis: VehicleAnalysis) -> None:
+    points = {
+        point.head: point.text.replace("\N{NO-BREAK SPACE}", " ") for point in key_points(analysis)
+    }
+    assert points["Omnidirectional"].startswith("from 38.18° to 60° at zero moment")
+    assert "from 37.00° to 60° with free moments" in points["Omnidirectional"]
+    assert "up to 69.73° (zero moment)" in points["Omnidirectional"]
+    assert points["Hovering level"].startswith("costs 111.4 W at 0° and 315.1 W at 60°")
+    assert "146.4 W at 0° (+31 %)" in points["Wakes:"]
+    assert "beyond 30.93° in still air and beyond 40.44°" in points["The tilt mechanism"]
+
+
+def test_the_dead_band_is_named_where_there_is_one(analysis: VehicleAnalysis) -> None:
+    assert not any("dead band" in sentence for sentence in ignored(analysis))
+    stiff = OMNIMORPH.replace(dead_band=[2 * math.pi * 30.0] * 8)
+    named = [one for one in ignored(replace(analysis, vehicle=stiff)) if "dead band" in one]
+    assert len(named) == 1
+    assert "30 Hz" in named[0]
+
+
+# --- page -----------------------------------------------------------------------------------------
+
+
+def check_page(page: Path) -> str:
+    """Check what holds for every page; return what it says."""
+    text = page.read_text(encoding="utf-8")
+    assert not re.search(r"\b(nan|inf|None|Undefined)\b", visible_text(page))
+    assert not re.search(r"\{\{|\}\}|\{%|%\}", text)
+    assert not re.search(r"<script|<link|<img|<iframe|@import|(src|href)=\"(?!#)", text)
+    figures = sorted((page.parent / "figures").iterdir())
+    names = {path.stem for path in figures}
+    assert [path.name for path in figures] == sorted(
+        f"{name}.{kind}" for name in names for kind in ("pdf", "svg")
+    )
+    assert text.count("<svg") == len(names)
+    for path in figures:
+        assert path.stat().st_size < 300_000, path.name
+        if path.suffix == ".pdf":
+            assert b"FontFile" not in path.read_bytes(), "letters are outlines, no font is needed"
+        else:
+            assert path.read_text(encoding="utf-8").split("\n", 1)[1] in text, path.name
+    for name in re.findall(r'href="#([^"]*)"', text):
+        assert f'id="{name}"' in text
+    return visible_text(page)
+
+
+def test_the_page_of_omnimorph(analysis: VehicleAnalysis, tmp_path: Path) -> None:
+    page = write_analysis_page(analysis, tmp_path)
+    text = check_page(page)
+    assert {path.stem for path in (page.parent / "figures").iterdir()} == {
+        "force_sets",
+        "radius_over_tilt",
+        "level_hover",
+        "hover_map",
+        "moments",
+        "wakes",
+        "mass_break_even",
+    }
+    assert "f₀ − f₂ − f₄ + f₆ or f₁ − f₃ − f₅ + f₇ not zero" in text
+    assert "omnimorph analyze omnimorph --out DIR" in text
+    assert f"omnimorph {om.__version__}." in text
+    assert "the public model files" in text.lower(), "the sources are told"
+
+
+@pytest.mark.parametrize("name", list(NOT_MORPHING))
+def test_the_page_of_a_vehicle_that_does_not_morph(name: str, tmp_path: Path) -> None:
+    vehicle = NOT_MORPHING[name]
+    text = check_page(write_analysis_page(analyze(vehicle), tmp_path))
+    assert "no servos" in text
+    assert not re.search(r"tilt|servo", text.replace("no servos", "").replace("omnimorph", ""))
+    assert ("Cannot hover level" in text) == (name in ("too heavy", "one rotor"))
+    assert ("Not omnidirectional." in text) == (name != "fixed")
+    assert ("rank of A falls" in text) is False
+    assert ("force along x and force along y" in text) == (name in ("quadrotor", "too heavy"))
+    assert ((tmp_path / "figures" / "moments.svg").exists()) == (name in ("quadrotor", "fixed"))
+
+
+@pytest.mark.slow
+def test_the_page_of_a_vehicle_with_many_servos(tmp_path: Path) -> None:
+    hexarotor = build_tilting_hexarotor()
+    steps: list[str] = []
+    text = check_page(write_analysis_page(analyze(hexarotor), tmp_path, steps.append))
+    assert "6 servos (tilt from −20° to 70°, common to all)" in text
+    assert "arm0: f₀ not zero; arm1: f₁ not zero" in text
+    assert "all servos are moved together" in text
+    assert steps[-1] == "writing the page"
+    assert len(steps) == 1 + len(list((tmp_path / "figures").glob("*.svg")))
+
+
+@pytest.mark.slow
+def test_a_tilt_for_each_servo_beyond_the_limits(tmp_path: Path) -> None:
+    tilts = np.radians([-5.0, 5.0, -5.0, 5.0, -5.0, 80.0])
+    asked = analyze(build_tilting_hexarotor(), tilts, beyond_limits=True)
+    text = check_page(write_analysis_page(asked, tmp_path))
+    assert "(−5°, 5°, −5°, 5°, −5°, 80°)" in text
+    assert "rotors-6.toml --tilt=-5,5,-5,5,-5,80 --beyond-limits --out DIR" in text

@@ -32,6 +32,16 @@ def test_own_controller_flies_like_the_papers(tmp_path: Path) -> None:
     ] * 2
 
 
+def test_before_building_tells_what_limits_and_what_pays(tmp_path: Path) -> None:
+    lines = run(EXAMPLES[2], tmp_path).splitlines()
+    assert lines[0].startswith("as it is: omnidirectional 38.2 to 60.0")
+    slopes = [float(line.split(": ")[1].split()[0]) for line in lines[5:]]
+    radius, per_degree, per_newton, per_millimetre = slopes
+    assert radius == 14.72
+    assert per_newton == 2.748  # the radius in shares of the largest thrust
+    assert 0.0 < per_millimetre < per_degree
+
+
 def test_worn_rotors_are_worse_until_the_vehicle_is_lost(tmp_path: Path) -> None:
     words = [line.split() for line in run(EXAMPLES[1], tmp_path).splitlines()]
     assert [line[4] for line in words] == ["completed", "completed", "completed", "lost"]

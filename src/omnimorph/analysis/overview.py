@@ -21,6 +21,7 @@ from omnimorph.analysis.morphing import (
     mechanism_share,
 )
 from omnimorph.analysis.omnidirectional import (
+    inscribed_radius,
     level_hover_range,
     omnidirectional_range,
     tilt_of_largest_radius,
@@ -237,7 +238,9 @@ def analyze(
     shown = checked_tilt(vehicle, best, True) if asked is None else asked
     rows = _rows(vehicle, limits, omnidirectional, best, singular)
     if not any(np.allclose(shown, where, rtol=0.0, atol=_SAME) for where, _ in rows):
-        rows.append((shown, "asked for" if vehicle.n_servos else ""))
+        rows.append(
+            (shown, ("shown" if asked is None else "asked for") if vehicle.n_servos else "")
+        )
     at = tuple(_at(vehicle, where, why) for where, why in rows)
     return VehicleAnalysis(
         vehicle=vehicle,
@@ -254,9 +257,15 @@ def analyze(
 
 
 def _best_tilt(vehicle: Vehicle, sweep: TiltSweep, limits: tuple[float, float]) -> float:
-    """Return the tilt of the largest radius at zero moment; one that can hover if there is any."""
+    """Return the tilt of the largest radius at zero moment; one that can hover if there is any.
+
+    If no tilt has a radius, the one nearest to zero.
+    """
+    able = (sweep.tilt <= limits[1]) & np.isfinite(sweep.level_power)
+    upright = min(max(limits[0], 0.0), limits[1])
     best = tilt_of_largest_radius(vehicle)
-    able = np.isfinite(sweep.level_power) & (sweep.tilt <= limits[1])
+    if inscribed_radius(vehicle, best, zero_moment=True) <= 0.0:
+        best = upright
     if hover(vehicle, best).feasible or not able.any():
         return best
     return float(sweep.tilt[np.where(able, sweep.radius_zero_moment, -1.0).argmax()])
@@ -310,7 +319,8 @@ def _rows(
     reasons += [(one.tilt, f"rank {one.rank}") for one in singular]
     for begin, end in omnidirectional.zero_moment:
         reasons += [(begin, "omnidirectional from here"), (end, "up to here")]
-    reasons.append((best, "largest radius"))
+    if inscribed_radius(vehicle, best, zero_moment=True) > 0.0:
+        reasons.append((best, "largest radius"))
     told: dict[float, list[str]] = {}
     for tilt, reason in sorted(reasons):
         if limits[0] - 1e-9 <= tilt <= limits[1] + 1e-9:

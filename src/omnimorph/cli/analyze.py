@@ -144,9 +144,10 @@ def _table_by_tilt(analysis: VehicleAnalysis) -> str:
 def _row(one: AtTilt) -> list[str]:
     actuation, power = one.actuation, one.hover
     thrust = actuation.thrust_kind.value
+    is_common = len(set(one.tilt.tolist())) == 1  # one angle stands for all servos
     words = f"{actuation.kind.value}; {thrust}" + (f" ({one.why})" if one.why else "")
     return [
-        ", ".join(_deg(angle) for angle in one.tilt),
+        ", ".join(_deg(angle) for angle in (one.tilt[:1] if is_common else one.tilt)),
         str(actuation.rank_thrust),
         str(actuation.rank_full),
         console.number(actuation.condition_number, 4),

@@ -90,7 +90,7 @@ def test_when_the_tilt_adds_a_direction(degrees: int, thrust: list[float], rank:
     assert actuation(OMNIMORPH, tilt, thrust, beyond_limits=True).rank_full == rank
     assert rank_F(OMNIMORPH, tilt, thrust) == rank
     # what matters is the direction of f, not its size
-    tiny = 1e-7 * np.array(thrust)
+    tiny = 1e-12 * np.array(thrust)
     assert actuation(OMNIMORPH, tilt, tiny, beyond_limits=True).rank_full == rank
 
 

@@ -176,7 +176,7 @@ def test_limits_that_cut_an_interval() -> None:
 def test_rotors_that_only_push_cannot() -> None:
     """Without reversal OmniMorph's upward rotors hold nothing upside down."""
     pushing = OMNIMORPH.replace(speed_min=np.zeros(8))
-    assert omnidirectional_range(pushing, zero_moment=True, beyond_limits=True).shape == (0, 2)
+    assert omnidirectional_range(pushing, zero_moment=True).shape == (0, 2)
     # six rotors along the axes, ± each: every force of up to f_max √(1/3) or more
     axis = np.vstack([np.eye(3), -np.eye(3)])
     cube = build_vehicle(np.zeros((6, 3)), axis, speed_min=0.0, mass=3.5 / 9.81)

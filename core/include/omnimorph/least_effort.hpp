@@ -180,6 +180,7 @@ template <int R> inline LeastEffortSolution<R> solve(const LeastEffort<R>& probl
         damping = share > 0.3 ? maximum(0.1 * damping, 1e-12) : minimum(4.0 * damping, 1e3);
         q = next;
     }
+    s.residual = square_root(dot(q.gradient, q.gradient));
     for (int i = 0; i < problem.n; ++i) s.thrust[i] = q.thrust[i];
     s.multiplier = multiplier;
     return s;

@@ -177,8 +177,9 @@ def actuation(
 def singular_tilts(vehicle: Vehicle, *, beyond_limits: bool = False) -> tuple[SingularTilt, ...]:
     """Return the tilts, common to all servos, at which the rank of A(α) falls.
 
-    Found as the roots of the smallest singular value, to about 1e-10 rad: the lowest points between
-    samples half a degree apart, so that two roots nearer than that may count as one.
+    Found as the roots of the smallest singular value, to about 1e-10 rad, or 1e-8 rad where it only
+    touches zero: the lowest points between samples half a degree apart, so that two roots nearer
+    than that may count as one.
 
     Parameters
     ----------

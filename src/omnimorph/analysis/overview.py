@@ -134,7 +134,8 @@ class Trade:
         The tilt of the vehicle it is compared with, which has no mechanism.
     share, share_in_wakes : (K,) arrays
         Relative mass of the mechanism that just pays, in still air and in the rotors' wakes; inf
-        where the other cannot hover. The same twice if no rotors are in line.
+        where the other cannot hover. The same twice if no rotors are in line. Still air leaves out
+        the limits of thrust, as the paper does.
     own : float or None
         Relative mass of this vehicle's mechanism, if it is known.
     break_even, break_even_in_wakes : float or None, rad
@@ -173,7 +174,8 @@ class VehicleAnalysis:
     wakes : WakeEffect or None
         None if no two rotors are in line.
     trade : Trade or None
-        None for a vehicle without servos, or one that cannot hover level untilted.
+        None for a vehicle without servos, or one that cannot hover level untilted, in the wakes of
+        its own rotors where there are any.
     """
 
     vehicle: Vehicle

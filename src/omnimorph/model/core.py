@@ -44,7 +44,10 @@ def as_core(vehicle: Vehicle) -> _core.Vehicle:
 
 def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     """Return one finite angle for each servo; a single number is the angle of all of them."""
-    angles = np.asarray(tilt, dtype=np.float64)
+    try:
+        angles = np.asarray(tilt, dtype=np.float64)
+    except (TypeError, ValueError):  # a text, or rows of different lengths
+        angles = np.array([np.nan])
     if angles.ndim == 0:
         angles = np.full(vehicle.n_servos, float(angles))
     if angles.shape != (vehicle.n_servos,) or not np.isfinite(angles).all():

@@ -117,17 +117,11 @@ def check_page(page: Path) -> str:
     assert not re.search(r"\{\{|\}\}|\{%|%\}", text)
     assert not re.search(r"<script|<link|<img|<iframe|@import|(src|href)=\"(?!#)", text)
     figures = sorted((page.parent / "figures").iterdir())
-    names = {path.stem for path in figures}
-    assert [path.name for path in figures] == sorted(
-        f"{name}.{kind}" for name in names for kind in ("pdf", "svg")
-    )
-    assert text.count("<svg") == len(names)
+    assert {path.suffix for path in figures} == {".svg"}
+    assert text.count("<svg") == len(figures)
     for path in figures:
         assert path.stat().st_size < 300_000, path.name
-        if path.suffix == ".pdf":
-            assert b"FontFile" not in path.read_bytes(), "letters are outlines, no font is needed"
-        else:
-            assert path.read_text(encoding="utf-8").split("\n", 1)[1] in text, path.name
+        assert path.read_text(encoding="utf-8").split("\n", 1)[1] in text, path.name
     for name in re.findall(r'href="#([^"]*)"', text):
         assert f'id="{name}"' in text
     return visible_text(page)

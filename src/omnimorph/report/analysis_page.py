@@ -19,7 +19,7 @@ from omnimorph.report.analysis_words import (
     singular_words,
 )
 from omnimorph.report.page import Picture, render_page
-from omnimorph.report.style import save_figure
+from omnimorph.report.style import save_svg
 from omnimorph.report.tables import Table, degrees, number, source_table, tilt_words
 from omnimorph.results.atomic import write_text
 
@@ -44,7 +44,7 @@ _Drawing = Callable[[VehicleAnalysis], "Figure"]
 def write_analysis_page(
     analysis: VehicleAnalysis, folder: Path, next_step: Callable[[str], None] | None = None
 ) -> Path:
-    """Write ``analysis.html`` and ``figures/`` (SVG and PDF) into a folder.
+    """Write ``analysis.html`` and ``figures/`` (SVG) into a folder.
 
     The page holds its figures and needs no other file.
 
@@ -73,7 +73,7 @@ def write_analysis_page(
     pictures: dict[str, Picture] = {}
     for name, (title, draw) in _drawings(analysis).items():
         tell(f"drawing {name.replace('_', ' ')}")
-        pictures[name] = Picture(save_figure(draw(analysis), figures, name), title)
+        pictures[name] = Picture(save_svg(draw(analysis), figures, name), title)
     tell("writing the page")
     page = folder / PAGE
     write_text(page, render_page("analysis.html.j2", **_content(analysis, pictures)))

@@ -2,7 +2,6 @@
 
 Figures are as wide as the text of an A4 page (7.0 in), so that nothing is scaled in print and no
 letter is smaller than 8 pt. The palette is that of Okabe and Ito; curves also differ by their line.
-Letters are kept as outlines, in SVG and in PDF: they need no font, wherever they are shown.
 """
 
 from __future__ import annotations
@@ -10,8 +9,8 @@ from __future__ import annotations
 import functools
 import io
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
@@ -43,6 +42,7 @@ __all__ = [
     "legend_entries",
     "new_figure",
     "save_figure",
+    "save_svg",
     "styled",
 ]
 
@@ -82,7 +82,7 @@ _SETTINGS: Any = {
     "legend.frameon": False,
     "svg.fonttype": "path",
     "svg.hashsalt": "omnimorph",
-    "pdf.fonttype": 42,  # for letters that are no outlines after all: TrueType, as printers ask
+    "pdf.fonttype": 42,
     "path.simplify_threshold": 0.2,
 }
 # Only coordinates are rounded: a glyph's scale, 0.015625, stands in a `transform`.
@@ -183,6 +183,19 @@ def as_svg(figure: Figure) -> str:
     return _COORDINATES.sub(lambda found: _LONG_NUMBER.sub(_rounded, found.group()), text)
 
 
+def save_svg(figure: Figure, folder: Path, name: str) -> str:
+    """Write ``name.svg`` into a folder, as a whole; return the SVG element.
+
+    Raises
+    ------
+    RunFileError
+        If it cannot be written.
+    """
+    svg = as_svg(figure)
+    write_text(folder / f"{name}.svg", '<?xml version="1.0" encoding="utf-8"?>\n' + svg)
+    return svg
+
+
 def save_figure(figure: Figure, folder: Path, name: str) -> str:
     """Write ``name.svg`` and ``name.pdf`` into a folder, each as a whole; return the SVG element.
 
@@ -191,8 +204,7 @@ def save_figure(figure: Figure, folder: Path, name: str) -> str:
     RunFileError
         If one cannot be written.
     """
-    svg = as_svg(figure)
-    write_text(folder / f"{name}.svg", '<?xml version="1.0" encoding="utf-8"?>\n' + svg)
+    svg = save_svg(figure, folder, name)
     with replacing(folder / f"{name}.pdf") as temporary:
         temporary.write_bytes(_drawn(figure, "pdf"))
     return svg
@@ -205,28 +217,9 @@ def _rounded(found: re.Match[str]) -> str:
 def _drawn(figure: Figure, kind: str) -> bytes:
     undated = {"Date": None} if kind == "svg" else {"CreationDate": None}
     page = io.BytesIO()
-    with _house_style(), _outlined_letters(figure) if kind == "pdf" else nullcontext():
+    with _house_style():
         figure.savefig(page, format=kind, metadata=undated, facecolor="white")
     return page.getvalue()
-
-
-@contextmanager
-def _outlined_letters(figure: Figure) -> Iterator[None]:
-    """Have a renderer draw letters as shapes, as it does where an effect is asked of them.
-
-    The part of a font that is used takes ten times as long to embed as the figure to write.
-    """
-    from matplotlib.patheffects import Normal
-    from matplotlib.text import Text
-
-    texts = [text for text in figure.findobj(Text) if not text.get_path_effects()]
-    for text in texts:
-        text.set_path_effects([Normal()])
-    try:
-        yield
-    finally:
-        for text in texts:
-            text.set_path_effects([])
 
 
 def _house_style() -> AbstractContextManager[None]:

@@ -50,7 +50,7 @@ class _Round(NamedTuple):
 
 
 def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport:
-    """Measure everything on this machine; about a minute and a half.
+    """Measure everything on this machine; about half a minute.
 
     Parameters
     ----------

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from omnimorph import _core
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Facets", "deepest_point", "facets_of", "polygon_area"]
+__all__ = ["Facets", "deepest_point", "facets_of", "middle_point"]
 
 
 class Facets(NamedTuple):
@@ -36,32 +36,52 @@ class Facets(NamedTuple):
 
 
 def deepest_point(
-    rows: FloatArray, bounds: FloatArray
+    rows: FloatArray, bounds: FloatArray, size: float
 ) -> tuple[FloatArray, float, NDArray[np.int64]]:
-    """Find a point well inside a set.
+    """Find the centre of a largest ball inside a set of about this size.
 
     Returns
     -------
     point : (d,) array
-        Zero if that is well inside already, else the centre of a largest ball.
+        The centre.
     depth : float
         Its least distance to a halfspace; negative if the set is empty.
     tight : array of int
         If the depth is zero, halfspaces that hold as equations all over the set.
     """
-    d = rows.shape[1]
-    least = float(bounds.min(initial=np.inf))
-    if d == 0 or least > 1e-3 * float(np.abs(bounds).max(initial=0.0)):
-        return np.zeros(d), least, np.empty(0, dtype=np.int64)
     from scipy.optimize import linprog
 
-    scale = float(np.abs(bounds).max()) or 1.0
+    d, scale = rows.shape[1], size or 1.0
     with_depth = np.column_stack([rows, np.ones(len(rows))])
     found = linprog(
-        np.r_[np.zeros(d), -1.0], A_ub=with_depth, b_ub=bounds / scale, bounds=(None, None)
+        np.r_[np.zeros(d), -1.0],
+        A_ub=with_depth,
+        b_ub=bounds / scale,
+        bounds=(None, None),
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
     )
     tight = np.flatnonzero(found.ineqlin.marginals < -1e-9)
-    return scale * found.x[:d], scale * float(found.x[d]), tight
+    # The solver stops within its tolerance; these halfspaces are all equally far, to rounding.
+    rest = bounds[tight] - with_depth[tight] @ (scale * found.x)
+    point = (scale * found.x + np.linalg.lstsq(with_depth[tight], rest, rcond=1e-9)[0])[:d]
+    return point, float((bounds - rows @ point).min()), tight
+
+
+def middle_point(rows: FloatArray, bounds: FloatArray) -> FloatArray:
+    """Return a point well inside a set in every direction, however thin the set; zero is inside.
+
+    It is about where the product of the distances to all halfspaces is largest (the analytic
+    centre), which no stretching moves; the centre of a largest ball may lie at the end of a plate.
+    """
+    x = np.zeros(rows.shape[1])
+    for _ in range(100):
+        dual = rows / (bounds - rows @ x)[:, None]
+        step = -np.linalg.lstsq(dual, np.ones(len(dual)), rcond=None)[0]
+        nearer = dual @ step
+        if float(nearer @ nearer) < 0.01:
+            break
+        x = x + step / (1.0 + float(nearer.max()))
+    return x
 
 
 def facets_of(rows: FloatArray, bounds: FloatArray) -> Facets:
@@ -103,11 +123,5 @@ def _rounding(rows: FloatArray, bounds: FloatArray) -> FloatArray:
     In its coordinates the dual points n/h have the unit matrix as matrix of second moments.
     """
     dual = rows / bounds[:, None]
-    spread, turn = np.linalg.eigh(dual.T @ dual / len(dual))
-    return np.asarray(np.sqrt(spread)[:, None] * turn.T)
-
-
-def polygon_area(polygon: FloatArray) -> float:
-    """Return the area of a plane convex polygon in space, its corners in order."""
-    spokes = polygon - polygon[0]
-    return 0.5 * float(np.linalg.norm(np.cross(spokes[1:-1], spokes[2:]).sum(axis=0)))
+    _, spread, turn = np.linalg.svd(dual / np.sqrt(len(dual)), full_matrices=False)
+    return np.asarray(spread[:, None] * turn)

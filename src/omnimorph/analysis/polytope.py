@@ -8,21 +8,20 @@ when they are asked for, after the set has been shown to have an interior in its
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from omnimorph.analysis.facets import Facets, deepest_point, facets_of, polygon_area
+from omnimorph.analysis.facets import Facets, deepest_point, facets_of, middle_point
 from omnimorph.errors import OmnimorphError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Ball", "Polytope", "Zonotope"]
+__all__ = ["Ball", "Polytope", "Zonotope", "nowhere"]
 
-_THIN = 1e-9  # shares of its size: what is nearer to a set than this belongs to it,
-_FLAT = 1e-7  # and where it is thinner than this it counts as flat when its corners are listed
+_THIN = 1e-9  # shares of its size: what is nearer to a set than this belongs to it, or is flat
 
 
 class Ball(NamedTuple):
@@ -54,6 +53,8 @@ class Polytope:
     rows, bounds : (F, d), (F,) arrays
         Halfspaces ``rows u ≤ bounds`` of ``x = origin + basis u``, unit normals; complete, but some
         may be superfluous. `normals` and `offsets` are the irredundant ones, in R^k.
+    size : float
+        About as large as the coordinates of its points get: what tolerances are shares of.
     void : bool
         True if the set is known to have no point.
     """
@@ -62,11 +63,17 @@ class Polytope:
     basis: FloatArray
     rows: FloatArray
     bounds: FloatArray
+    size: float
     void: bool = False
 
     @classmethod
     def bounded_by(
-        cls, normals: FloatArray, offsets: FloatArray, origin: FloatArray, basis: FloatArray
+        cls,
+        normals: FloatArray,
+        offsets: FloatArray,
+        origin: FloatArray,
+        basis: FloatArray,
+        size: float,
     ) -> Self:
         """Build the set of a flat's points within halfspaces ``normals x ≤ offsets`` of R^k.
 
@@ -76,12 +83,13 @@ class Polytope:
             Unit normals; halfspaces that hold all of the flat are left out.
         origin, basis : (k,), (k, d) arrays
             The flat.
+        size : float
+            As of the set.
         """
         rows = normals @ basis
         bounds = offsets - normals @ origin
         length = np.sqrt(np.einsum("fd,fd->f", rows, rows))
         crossing = length > _THIN
-        size = float(np.abs(bounds).max(initial=0.0))
         void = bool((bounds[~crossing] < -_THIN * size).any())
         kept = length[crossing]
         return cls(
@@ -90,6 +98,7 @@ class Polytope:
             rows=rows[crossing] / kept[:, None],
             bounds=bounds[crossing] / kept,
             void=void,
+            size=size,
         )
 
     # --- read off the halfspaces --------------------------------------------------------------
@@ -118,13 +127,13 @@ class Polytope:
         v = self._as_vector(point) - self.origin
         u = self.basis.T @ v
         off = float(np.linalg.norm(v - self.basis @ u))
-        if off > _THIN * self._size:
+        if off > _THIN * self.size:
             return -off
         return float((self.bounds - self.rows @ u).min(initial=np.inf if len(u) else 0.0))
 
     def contains(self, point: ArrayLike) -> bool:
         """Tell whether a point belongs to the set, its boundary included (to 1e-9 of its size)."""
-        return self.margin(point) >= -_THIN * self._size
+        return self.margin(point) >= -_THIN * self.size
 
     def ball(self, centre: ArrayLike | None = None) -> Ball:
         """Return the largest ball about a point, the zero vector by default, and where it touches.
@@ -175,7 +184,7 @@ class Polytope:
         ahead, behind = speed > 0.0, speed < 0.0
         last = float((start[ahead] / speed[ahead]).min(initial=np.inf))
         first = float((start[behind] / speed[behind]).max(initial=0.0))
-        beside = bool((start[~ahead & ~behind] < -_THIN * self._size).any())
+        beside = bool((start[~ahead & ~behind] < -_THIN * self.size).any())
         slip = _THIN * max(last, 0.0)
         if beside or first > last + slip or not np.isfinite(last):
             return 0.0, 0.0
@@ -238,10 +247,13 @@ class Polytope:
         """In the cube of the set's unit (N³ for forces); 0 for a flat or empty set."""
         if self.dimension < self.n_coordinates:
             return 0.0
-        corners, rows, bounds, polygons = self._facets
-        height = bounds - rows @ corners.mean(axis=0)
-        areas = [polygon_area(corners[polygon]) for polygon in polygons]
-        return float(np.dot(areas, height) / 3.0)
+        corners = self._facets.vertices
+        spokes = corners - corners.mean(axis=0)
+        pyramids = [
+            spokes[first] @ np.cross(spokes[rest[:-1]], spokes[rest[1:]]).sum(axis=0)
+            for first, *rest in self._facets.polygons
+        ]
+        return float(sum(pyramids) / 6.0)
 
     def support(self, direction: ArrayLike) -> float:
         """Return max d·x over the set: how far it extends along a direction; −inf if empty."""
@@ -252,31 +264,24 @@ class Polytope:
     # --- inside -------------------------------------------------------------------------------
 
     @cached_property
-    def _size(self) -> float:
-        """A length that the set has: what its tolerances are shares of."""
-        return float(np.abs(self.bounds).max(initial=0.0)) + float(np.linalg.norm(self.origin))
-
-    @cached_property
     def _body(self) -> Polytope:
         """The same set, in a flat in which it has an interior; its origin is well inside."""
         body: Polytope = self
-        while not body.void:
-            inner, depth, tight = deepest_point(body.rows, body.bounds)
-            if depth < -_THIN * self._size:
-                body = _void(self.n_coordinates)
-            elif depth > _FLAT * self._size or not body.basis.shape[1]:
-                inner = inner + _middle(body.rows, body.bounds - body.rows @ inner)
-                origin = body.origin + body.basis @ inner
-                bounds = body.bounds - body.rows @ inner
-                return Polytope(origin=origin, basis=body.basis, rows=body.rows, bounds=bounds)
-            elif not len(tight):  # as round as a point is, and no larger
-                origin, nothing = body.origin + body.basis @ inner, np.empty((0, 0))
-                return Polytope(
-                    origin=origin, basis=body.basis[:, :0], rows=nothing, bounds=np.empty(0)
-                )
-            else:
+        thin = _THIN * self.size
+        while not body.void and body.basis.shape[1]:
+            inner, depth = np.zeros(body.basis.shape[1]), float(body.bounds.min())
+            if depth <= thin:
+                inner, depth, tight = deepest_point(body.rows, body.bounds, self.size)
+            if depth < -thin:
+                return nowhere(self.n_coordinates, self.size)
+            if depth > thin:
+                inner = inner + middle_point(body.rows, body.bounds - body.rows @ inner)
+                return _about(body, inner)
+            if len(tight):
                 body = _within(body, tight)
-        return _void(self.n_coordinates)
+            else:  # as round as a point is, and no larger
+                body = _point(body.origin + body.basis @ inner, self.size)
+        return nowhere(self.n_coordinates, self.size) if body.void else body
 
     @cached_property
     def _facets(self) -> Facets:
@@ -294,7 +299,7 @@ class Polytope:
         """Tell whether a point lies beside the flat of the set."""
         v = point - self.origin
         off = float(np.linalg.norm(v - self.basis @ (self.basis.T @ v)))
-        return off > _THIN * self._size
+        return off > _THIN * self.size
 
     def _as_vector(self, value: ArrayLike) -> FloatArray:
         vector = np.asarray(value, dtype=np.float64)
@@ -320,7 +325,7 @@ class Zonotope(Polytope):
 
     @cached_property
     def _body(self) -> Polytope:
-        return self  # its centre is as far inside as can be, and its rank is exact
+        return self  # its origin is its centre, and its rank has been found exactly
 
     def support(self, direction: ArrayLike) -> float:
         """Return max d·x = d·c + Σ |d·g_i| over the set, in closed form."""
@@ -328,27 +333,26 @@ class Zonotope(Polytope):
         return float(d @ self.centre + np.abs(d @ self.generators).sum())
 
 
-def _void(k: int) -> Polytope:
-    nothing = np.empty((0, 0))
+def nowhere(k: int, size: float) -> Polytope:
+    """Return the empty set of R^k, for thrusts of this size."""
+    return replace(_point(np.zeros(k), size), void=True)
+
+
+def _point(origin: FloatArray, size: float) -> Polytope:
     return Polytope(
-        origin=np.zeros(k), basis=np.empty((k, 0)), rows=nothing, bounds=np.empty(0), void=True
+        origin=origin,
+        basis=np.empty((len(origin), 0)),
+        rows=np.empty((0, 0)),
+        bounds=np.empty(0),
+        size=size,
     )
 
 
-def _middle(rows: FloatArray, bounds: FloatArray) -> FloatArray:
-    """Return a point well inside in every direction, however thin a set is; zero is inside.
-
-    The analytic centre, about: the centre of a largest ball may lie at the end of a plate.
-    """
-    x = np.zeros(rows.shape[1])
-    for _ in range(100):
-        dual = rows / (bounds - rows @ x)[:, None]
-        step = -np.linalg.lstsq(dual, np.ones(len(dual)), rcond=None)[0]
-        nearer = dual @ step
-        if float(nearer @ nearer) < 0.01:
-            break
-        x = x + step / (1.0 + float(nearer.max()))
-    return x
+def _about(body: Polytope, inner: FloatArray) -> Polytope:
+    """Return the same set with that point as the origin of its flat."""
+    return replace(
+        body, origin=body.origin + body.basis @ inner, bounds=body.bounds - body.rows @ inner
+    )
 
 
 def _within(body: Polytope, tight: NDArray[np.int64]) -> Polytope:
@@ -362,7 +366,7 @@ def _within(body: Polytope, tight: NDArray[np.int64]) -> Polytope:
     normals = body.rows @ body.basis.T
     offsets = body.bounds + normals @ body.origin
     others = np.setdiff1d(np.arange(len(normals)), tight)
-    return Polytope.bounded_by(normals[others], offsets[others], origin, basis)
+    return Polytope.bounded_by(normals[others], offsets[others], origin, basis, body.size)
 
 
 def _complement(basis: FloatArray) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.analysis.polytope import Polytope, Zonotope
+from omnimorph.analysis.polytope import Polytope, Zonotope, nowhere
 from omnimorph.analysis.scaling import (
     RANK_TOLERANCE,
     checked_tilt,
@@ -174,6 +174,7 @@ def _zonotope(vehicle: Vehicle, C: FloatArray, unit: FloatArray | None = None) -
         basis=basis,
         rows=np.concatenate([rows, -rows]),
         bounds=np.concatenate([bounds, bounds]),
+        size=float(np.linalg.norm(generators, axis=0).sum() + np.linalg.norm(centre)),
         centre=centre,
         generators=generators,
     )
@@ -198,16 +199,10 @@ def _section(vehicle: Vehicle, C: FloatArray, E: FloatArray, e: FloatArray) -> P
     rank = int((S > RANK_TOLERANCE).sum())
     size = float(np.abs(offsets).max(initial=0.0))
     if float(np.abs(U[:, rank:].T @ p).max(initial=0.0)) > 1e-9 * size:
-        return Polytope(
-            origin=np.zeros(k),
-            basis=np.empty((k, 0)),
-            rows=np.empty((0, 0)),
-            bounds=np.empty(0),
-            void=True,
-        )
+        return nowhere(k, size)
     origin = Vt[:rank].T @ ((U[:, :rank].T @ p) / S[:rank])
     basis = Vt[rank:].T if rank else np.eye(k)
-    return Polytope.bounded_by(normals[:, :k], offsets - normals[:, k:] @ e, origin, basis)
+    return Polytope.bounded_by(normals[:, :k], offsets - normals[:, k:] @ e, origin, basis, size)
 
 
 class _Hull:

@@ -17,6 +17,7 @@ from tests.unit.analysis_parts import (
 )
 
 from omnimorph.analysis import analyze, force_set, hover_map
+from omnimorph.analysis.hover import hover_power
 from omnimorph.analysis.overview import VehicleAnalysis
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.protocols import FloatArray
@@ -262,7 +263,7 @@ def test_the_discs_hold_every_attitude_with_its_share() -> None:
 
 def test_power_over_the_attitude_is_that_of_the_hover_map() -> None:
     up = attitudes.attitude_grid(7).up.reshape(-1, 3)
-    power = attitudes.power_on(OMNIMORPH, 0.5, up)
+    power = hover_power(OMNIMORPH, np.array([0.5]), up)
     np.testing.assert_allclose(power, hover_map(OMNIMORPH, up, [0.5]).power[:, 0], rtol=1e-12)
     assert np.isinf(power).any()
     assert np.isfinite(power).any()
@@ -275,7 +276,7 @@ def test_the_best_tilt_costs_no_more_than_its_neighbours() -> None:
     best = attitudes.best_tilt_on(OMNIMORPH, tilts, up)
     assert best[0] == 0.0, "level, OmniMorph hovers best untilted"
     for direction, tilt in zip(up, best, strict=True):
-        found = attitudes.power_on(OMNIMORPH, tilt, direction[None])[0]
+        found = hover_power(OMNIMORPH, np.array([tilt]), direction[None])[0]
         on_grid = hover_map(OMNIMORPH, direction[None], np.radians(np.linspace(0, 60, 241)))
         assert found <= 1.001 * on_grid.least_power[0]
 

@@ -17,8 +17,9 @@ from numpy.typing import ArrayLike
 from omnimorph.analysis.scaling import (
     RANK_TOLERANCE,
     checked_tilt,
-    common_limits,
     radius_of_gyration,
+    rank_of,
+    searched_range,
     thrust_box,
     whitened,
 )
@@ -151,7 +152,7 @@ def actuation(
     U, S, Vt = np.linalg.svd(whitened(vehicle, angles))
     values = np.zeros(6)
     values[: len(S)] = S
-    rank = int((values > RANK_TOLERANCE * values[0]).sum())
+    rank = rank_of(values)
     lost = U[:, rank:]
     slopes = _slopes(vehicle, angles)
     gains = np.einsum("wl,wmi->mli", lost, slopes)
@@ -199,7 +200,7 @@ def singular_tilts(vehicle: Vehicle, *, beyond_limits: bool = False) -> tuple[Si
     """
     if vehicle.n_servos == 0:
         return ()
-    low, high = (-np.pi, np.pi) if beyond_limits else common_limits(vehicle)
+    low, high = searched_range(vehicle, beyond_limits)
 
     def values(tilt: float) -> FloatArray:
         angles = np.full(vehicle.n_servos, tilt)
@@ -207,7 +208,7 @@ def singular_tilts(vehicle: Vehicle, *, beyond_limits: bool = False) -> tuple[Si
         return np.asarray(S / S[0])
 
     def rank(tilt: float) -> int:
-        return int((values(tilt) > RANK_TOLERANCE).sum())
+        return rank_of(values(tilt))
 
     ordinary = max(rank(low + share * (high - low)) for share in (0.137, 0.419, 0.731))
     found = lowest_points(lambda tilt: float(values(tilt)[ordinary - 1]), low, high)
@@ -271,7 +272,7 @@ def _kind(rank: int, rank_full: int, rotors: int) -> ActuationKind:
 
 def _thrust_kind(vehicle: Vehicle, angles: FloatArray, rank: int) -> ThrustKind:
     S = np.linalg.svd(whitened(vehicle, angles)[:3], compute_uv=False)
-    if int((RANK_TOLERANCE * S[0] < S).sum()) <= 1:
+    if rank_of(S) <= 1:
         return ThrustKind.UNI_DIRECTIONAL
     holds = force_set(vehicle, angles, zero_moment=True, beyond_limits=True)
     weight = vehicle.mass * GRAVITY

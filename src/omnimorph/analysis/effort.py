@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from omnimorph import _core
-from omnimorph.analysis.scaling import RANK_TOLERANCE, radius_of_gyration
+from omnimorph.analysis.scaling import radius_of_gyration, rank_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix
@@ -81,7 +81,7 @@ def least_effort(
         raise VehicleError.at(f"vehicle {vehicle.name}", "least", effort, '"power" or "norm"')
     length = np.repeat([1.0, radius_of_gyration(vehicle)], 3)
     U, S, Vt = np.linalg.svd(allocation_matrix(vehicle, tilt) / length[:, None])
-    rank = int((RANK_TOLERANCE * S[0] < S).sum())
+    rank = rank_of(S)
     largest = float(np.maximum(-vehicle.thrust_min, vehicle.thrust_max).max())
     unit = 2.0 ** np.ceil(np.log2(largest))  # so that the limits come back to the last digit
     if effort == "power":

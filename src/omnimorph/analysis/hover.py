@@ -17,10 +17,11 @@ from omnimorph.analysis.effort import Effort, drag_power, least_effort
 from omnimorph.analysis.scaling import checked_tilt
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
+from omnimorph.model.allocation import rotor_speed
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["HoverMap", "HoverPoint", "hover", "hover_map", "sphere_directions"]
+__all__ = ["HoverMap", "HoverPoint", "hover", "hover_map", "hover_power", "sphere_directions"]
 
 _TURN = 2.0 * math.pi
 
@@ -139,13 +140,12 @@ def hover(
     found = least_effort(vehicle, angles, _weight(vehicle, up[None]), least)
     thrust = found.thrust[0]
     feasible = bool(found.feasible[0])
-    root = np.sqrt(np.abs(thrust) / vehicle.thrust_coefficient)
     return HoverPoint(
         tilt=angles,
         up=up,
         feasible=feasible,
         thrust=thrust,
-        speed=np.copysign(root, thrust),
+        speed=rotor_speed(vehicle, thrust),
         power=float(drag_power(vehicle, thrust)) if feasible else math.inf,
     )
 
@@ -180,14 +180,33 @@ def hover_map(
     """
     directions = _as_directions(vehicle, up)
     angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
-    weights = _weight(vehicle, directions)
     power = np.empty((len(directions), len(angles)))
     for k, tilt in enumerate(angles):
-        found = least_effort(vehicle, checked_tilt(vehicle, tilt, beyond_limits), weights, "power")
-        power[:, k] = np.where(found.feasible, drag_power(vehicle, found.thrust), np.inf)
+        power[:, k] = hover_power(vehicle, checked_tilt(vehicle, tilt, beyond_limits), directions)
         if progress is not None:
             progress(k + 1, len(angles))
     return HoverMap(up=directions, tilt=angles, power=power)
+
+
+def hover_power(vehicle: Vehicle, tilt: FloatArray, up: FloatArray) -> FloatArray:
+    """Return the least hover power in each of D attitudes at one tilt: (D,) array, W.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any; its dead band is ignored.
+    tilt : (m,) array, rad
+        Of each servo, not checked against limits.
+    up : (D, 3) array
+        Attitudes, unit vectors: the vertical seen from the body.
+
+    Returns
+    -------
+    (D,) array, W
+        inf where it cannot hover.
+    """
+    found = least_effort(vehicle, tilt, _weight(vehicle, up), "power")
+    return np.where(found.feasible, drag_power(vehicle, found.thrust), np.inf)
 
 
 def sphere_directions(count: int) -> FloatArray:

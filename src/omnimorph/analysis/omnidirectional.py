@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omnimorph.analysis.scaling import checked_tilt, common_limits
+from omnimorph.analysis.scaling import searched_range
 from omnimorph.analysis.tilt_search import highest_point, intervals_above_zero
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.vehicle import Vehicle
@@ -88,7 +88,7 @@ def omnidirectional_range(
         lambda tilt: (
             inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True) - weight
         ),
-        *_searched(vehicle, beyond_limits),
+        *searched_range(vehicle, beyond_limits),
     )
 
 
@@ -106,7 +106,7 @@ def level_hover_range(vehicle: Vehicle, *, beyond_limits: bool = False) -> Float
         least, most = forces.stretch(_UP)
         return min(most - weight, weight - least)
 
-    return intervals_above_zero(spare, *_searched(vehicle, beyond_limits))
+    return intervals_above_zero(spare, *searched_range(vehicle, beyond_limits))
 
 
 def tilt_of_largest_radius(
@@ -116,18 +116,9 @@ def tilt_of_largest_radius(
 
     See `omnidirectional_range` for the arguments. OmniMorph: 54.7356° = atan √2 with free moments.
     """
-    low, high = _searched(vehicle, beyond_limits)
+    low, high = searched_range(vehicle, beyond_limits)
     return highest_point(
         lambda tilt: inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True),
         low,
         high,
     )
-
-
-def _searched(vehicle: Vehicle, beyond_limits: bool) -> tuple[float, float]:
-    """Return the range of tilts to search; checks that the vehicle has one."""
-    if beyond_limits and vehicle.n_servos:
-        return -np.pi, np.pi
-    low, high = common_limits(vehicle)
-    checked_tilt(vehicle, low)
-    return low, high

@@ -9,10 +9,10 @@ thrust. Neither depends on the frame, on the size of the vehicle or on the choic
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
@@ -26,6 +26,8 @@ __all__ = [
     "checked_tilt",
     "common_limits",
     "radius_of_gyration",
+    "rank_of",
+    "searched_range",
     "thrust_box",
     "whitened",
 ]
@@ -59,6 +61,11 @@ def whitened(vehicle: Vehicle, tilt: FloatArray) -> FloatArray:
     A = allocation_matrix(vehicle, tilt) * thrust_box(vehicle).half
     A[3:] /= radius_of_gyration(vehicle)
     return A
+
+
+def rank_of(singular_values: NDArray[np.floating[Any]]) -> int:
+    """Return how many singular values, largest first, are more than 1e-9 of the largest."""
+    return int((RANK_TOLERANCE * singular_values[0] < singular_values).sum())
 
 
 def checked_tilt(vehicle: Vehicle, tilt: ArrayLike, beyond_limits: bool = False) -> FloatArray:
@@ -111,3 +118,8 @@ def common_limits(vehicle: Vehicle) -> tuple[float, float]:
             "servos, so it cannot be varied for all of them together; give one angle for each."
         )
     return low, high
+
+
+def searched_range(vehicle: Vehicle, beyond_limits: bool) -> tuple[float, float]:
+    """Return the range of common tilts to search: the whole turn, −π to π, or `common_limits`."""
+    return (-math.pi, math.pi) if beyond_limits and vehicle.n_servos else common_limits(vehicle)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.analysis.hover import hover
-from omnimorph.analysis.scaling import RANK_TOLERANCE, checked_tilt, whitened
+from omnimorph.analysis.scaling import checked_tilt, rank_of, whitened
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
@@ -62,7 +62,7 @@ def tilt_sweep(vehicle: Vehicle, tilts: ArrayLike, *, beyond_limits: bool = Fals
     for k, tilt in enumerate(angles):
         each = checked_tilt(vehicle, tilt, beyond_limits)
         S = np.linalg.svd(whitened(vehicle, each), compute_uv=False)
-        ranks[k] = int((RANK_TOLERANCE * S[0] < S).sum())
+        ranks[k] = rank_of(S)
         free = force_set(vehicle, each, zero_moment=False, beyond_limits=True)
         zero = force_set(vehicle, each, zero_moment=True, beyond_limits=True)
         columns[:, k] = (

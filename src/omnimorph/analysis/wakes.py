@@ -9,6 +9,7 @@ from below by limits that hold whatever the partner does, from above by still ai
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,7 @@ from numpy.typing import ArrayLike
 from omnimorph import _core
 from omnimorph.analysis.effort import drag_power
 from omnimorph.analysis.hover import HoverPoint, hover
-from omnimorph.analysis.scaling import RANK_TOLERANCE, checked_tilt, radius_of_gyration
+from omnimorph.analysis.scaling import checked_tilt, radius_of_gyration, rank_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import as_core
@@ -67,7 +68,8 @@ def hover_in_wakes(
     were 2/(2 − 0.333) times as heavy: 1.1998^1.5 of the power, 146.4 W instead of 111.4 W.
     """
     still = hover(vehicle, tilt, R_WB, beyond_limits=beyond_limits)
-    if not thrust_lost(vehicle, still.tilt, _all_on(vehicle), model).any() or not still.feasible:
+    disturbed = thrust_lost(vehicle, still.tilt, np.ones(vehicle.n_rotors), model).any()
+    if not disturbed or not still.feasible:
         return still
     problem = _Problem(vehicle, still.tilt, still.up, model)
     spread = np.copysign(np.abs(still.speed).max(), still.speed)
@@ -77,11 +79,15 @@ def hover_in_wakes(
         for speed in tried
     ]
     best = power.index(min(power))
-    speed = tried[best]
-    if speed is None:
-        nothing = np.zeros(vehicle.n_rotors)
-        return _point(still, nothing, nothing, math.inf)
-    return _point(still, problem.thrust(speed), speed, power[best])
+    found = tried[best]
+    speed = np.zeros(vehicle.n_rotors) if found is None else found
+    return replace(
+        still,
+        feasible=found is not None,
+        thrust=problem.thrust(speed),
+        speed=speed,
+        power=power[best],
+    )
 
 
 def vehicle_in_wakes(
@@ -136,7 +142,7 @@ class _Problem:
         scale = weight * np.repeat([1.0, radius_of_gyration(vehicle)], 3)
         # only the directions in which there is anything: SLSQP wants independent constraints
         U, S, _ = np.linalg.svd(np.hstack([A, B]) / scale[:, None])
-        rows = U[:, : int((RANK_TOLERANCE * S[0] < S).sum())].T / scale
+        rows = U[:, : rank_of(S)].T / scale
         self._A, self._B = rows @ A, rows @ B
         self._asked = rows @ np.concatenate([weight * up, np.zeros(3)])
         self._price = vehicle.drag_coefficient * self._unit**3
@@ -177,18 +183,3 @@ class _Problem:
         )
         met = bool(np.abs(self.missing(found.x)).max() <= _EXACT)
         return self._unit * found.x if met else None
-
-
-def _all_on(vehicle: Vehicle) -> FloatArray:
-    return np.ones(vehicle.n_rotors)
-
-
-def _point(still: HoverPoint, thrust: FloatArray, speed: FloatArray, power: float) -> HoverPoint:
-    return HoverPoint(
-        tilt=still.tilt,
-        up=still.up,
-        feasible=math.isfinite(power),
-        thrust=thrust,
-        speed=speed,
-        power=power,
-    )

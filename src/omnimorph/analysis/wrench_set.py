@@ -20,6 +20,7 @@ from omnimorph.analysis.scaling import (
     RANK_TOLERANCE,
     checked_tilt,
     radius_of_gyration,
+    rank_of,
     thrust_box,
 )
 from omnimorph.design.vehicle import Vehicle
@@ -218,7 +219,7 @@ class _Hull:
 
     def __init__(self, generators: FloatArray) -> None:
         U, S, Vt = np.linalg.svd(generators, full_matrices=generators.shape[1] < len(generators))
-        rank = int((RANK_TOLERANCE * S[0] < S).sum())
+        rank = rank_of(S)
         self.flat, self.across = U[:, :rank], U[:, rank:]
         # In the coordinates S⁻¹ Uᵀ x the generators are the columns of Vt: as even as can be.
         normals, self.widths = _core.bounding_hyperplanes(np.ascontiguousarray(Vt[:rank]))

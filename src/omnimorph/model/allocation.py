@@ -11,7 +11,13 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.core import as_core, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = ["allocation_matrix", "as_thrust", "full_allocation_matrix", "tilt_derivative"]
+__all__ = [
+    "allocation_matrix",
+    "as_thrust",
+    "full_allocation_matrix",
+    "rotor_speed",
+    "tilt_derivative",
+]
 
 
 def allocation_matrix(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
@@ -112,3 +118,15 @@ def as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:
         allowed = f"one finite number of newtons for each of the {vehicle.n_rotors} rotors"
         raise VehicleError.at(f"vehicle {vehicle.name}", "thrust", thrust, allowed)
     return f
+
+
+def rotor_speed(vehicle: Vehicle, thrust: FloatArray) -> FloatArray:
+    """Return the signed speeds, rad/s, that make thrusts (…, n), N: w = sign(f) √(|f|/c_f).
+
+    OmniMorph: 1.6125 N is 93.01 Hz.
+    """
+    # two roots, because |f| / c_f may be too large a number
+    speed: FloatArray = (
+        np.sign(thrust) * np.sqrt(np.abs(thrust)) / np.sqrt(vehicle.thrust_coefficient)
+    )
+    return speed

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph import _core
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
-from omnimorph.model.allocation import as_thrust
+from omnimorph.model.allocation import as_thrust, rotor_speed
 from omnimorph.model.core import as_core, as_tilt
 from omnimorph.protocols import FloatArray
 
@@ -124,7 +124,6 @@ def thrust_lost(
     if model not in WAKE_MODELS:
         allowed = '"published" or "blade-element"'
         raise VehicleError.at(f"vehicle {vehicle.name}", "model", model, allowed)
-    angles, f = as_tilt(vehicle, tilt), as_thrust(vehicle, thrust)
-    # two roots, because |f| / c_f may be too large a number
-    speed = np.sign(f) * np.sqrt(np.abs(f)) / np.sqrt(vehicle.thrust_coefficient)
+    angles = as_tilt(vehicle, tilt)
+    speed = rotor_speed(vehicle, as_thrust(vehicle, thrust))
     return _core.thrust_lost(as_core(vehicle), angles, speed, model == "blade-element")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from omnimorph.analysis.hover import hover_power
 from omnimorph.analysis.overview import VehicleAnalysis
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.protocols import FloatArray
@@ -20,7 +21,6 @@ from omnimorph.report.attitudes import (
     best_tilt_on,
     few_attitudes,
     grown,
-    power_on,
     single_attitudes,
     softened,
     weight_inside,
@@ -82,7 +82,7 @@ def _power_row(figure: Figure, analysis: VehicleAnalysis, bottom: float) -> None
     up = grid.up.reshape(-1, 3)
     inside = weight_inside(vehicle, asked.force_zero, up)
     alone = single_attitudes(vehicle, asked.force_zero)
-    power = power_on(vehicle, asked.tilt, np.vstack([up, alone]))
+    power = hover_power(vehicle, asked.tilt, np.vstack([up, alone]))
     # a point of the grid may hit the one attitude of a flat set, which has no area
     power[: len(up)][np.isneginf(inside)] = np.inf
     tilt = tilt_words(asked.tilt)

@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from omnimorph.analysis.effort import drag_power, least_effort
+from omnimorph.analysis.hover import hover_map
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
@@ -25,7 +25,6 @@ __all__ = [
     "best_tilt_on",
     "few_attitudes",
     "grown",
-    "power_on",
     "single_attitudes",
     "softened",
     "weight_inside",
@@ -71,24 +70,13 @@ def attitude_grid(count: int) -> AttitudeGrid:
     return AttitudeGrid(side, shown, np.stack([upper, upper * [1.0, 1.0, -1.0]]))
 
 
-def power_on(vehicle: Vehicle, tilt: ArrayLike, up: FloatArray) -> FloatArray:
-    """Return the least hover power, W, in D attitudes, (D, 3), at one tilt: (D,), inf if it cannot.
-
-    The tilt (rad) may differ from servo to servo, and be beyond their limits.
-    """
-    servos = np.broadcast_to(np.asarray(tilt, dtype=np.float64), vehicle.n_servos)
-    weights = np.hstack([vehicle.mass * GRAVITY * up, np.zeros_like(up)])
-    found = least_effort(vehicle, servos, weights, "power")
-    return np.where(found.feasible, drag_power(vehicle, found.thrust), np.inf)
-
-
 def best_tilt_on(vehicle: Vehicle, tilts: FloatArray, up: FloatArray) -> FloatArray:
     """Return the tilt, rad, of least hover power in D attitudes: (D,); not a number if none can.
 
     The best of evenly spaced tilts, common to all servos, and the vertex of the parabola through
     it and its neighbours if all three can hover.
     """
-    power = np.column_stack([power_on(vehicle, tilt, up) for tilt in tilts])
+    power = hover_map(vehicle, up, tilts).power
     best = power.argmin(axis=1)
     found = np.where(np.isfinite(power.min(axis=1)), tilts[best], np.nan)
     inner = np.flatnonzero((best > 0) & (best < len(tilts) - 1))

@@ -31,11 +31,12 @@ from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.plant import as_state, control_steps, send
 from omnimorph.simulation.scenario import Scenario, described
 
-__all__ = ["fly", "measurement_noise"]
+__all__ = ["MOST_STEPS", "empty_columns", "fly", "measurement_noise", "whole_number"]
 
 Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
-_MOST_STEPS = 2**31
+MOST_STEPS = 2**31
+"""How many physics steps a flight has at most; no flight draws the noise of a later one."""
 _NO_DISTURBANCE = np.zeros(6)
 _UNKNOWN = np.full(6, np.nan)
 _OUTCOMES = {
@@ -128,17 +129,17 @@ class _Loop:
 
     def __init__(self, scenario: Scenario, seed: int, flight: int, written: dict[str, Any]) -> None:
         self.scenario, self.written = scenario, written
-        self.seed = _whole_number("seed", seed, 64)
-        self.flight = _whole_number("flight", flight, 32)
+        self.seed = whole_number("fly", "seed", seed, 64)
+        self.flight = whole_number("fly", "flight", flight, 32)
         self.reported = 0
         vehicle, plant = scenario.vehicle, scenario.plant
         steps = scenario.reference.duration / plant.physics_step
-        if not 0.5 < steps <= _MOST_STEPS:
-            allowed = f"from one physics step to {_MOST_STEPS} of them"
+        if not 0.5 < steps <= MOST_STEPS:
+            allowed = f"from one physics step to {MOST_STEPS} of them"
             raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
         self.steps = round(steps)
         self.control_every = control_steps(plant)
-        self.columns = _empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
+        self.columns = empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
         self.settings = core_settings(
             vehicle, scenario.gains, scenario.allocator, plant.control_period
         )
@@ -263,7 +264,8 @@ class _Loop:
         )
 
 
-def _empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
+def empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
+    """Return the columns of a run, not yet filled, for n rotors and m servos."""
     sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
     return {
         column.name: np.empty(
@@ -289,13 +291,14 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     return _core.Reference(nothing, np.ascontiguousarray(rows))
 
 
-def _whole_number(name: str, value: object, bits: int) -> int:
+def whole_number(place: str, name: str, value: object, bits: int) -> int:
+    """Return an integer that fits in so many bits; refuse anything else."""
     try:
         number = operator.index(value)  # type: ignore[arg-type]
     except TypeError:
         number = -1
     if isinstance(value, bool) or not 0 <= number < 2**bits:
-        raise ScenarioError.at("fly", name, value, f"an integer from 0 to 2**{bits} - 1")
+        raise ScenarioError.at(place, name, value, f"an integer from 0 to 2**{bits} - 1")
     return number
 
 

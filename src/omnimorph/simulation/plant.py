@@ -8,7 +8,7 @@ actuators at the start, middle and end of the step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -146,7 +146,6 @@ class SimulatedPlant:
         if start is None:
             start = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
         tilt = as_tilt(vehicle, start_tilt)
-        rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
         self.plant = plant
         self._steps_of_control = control_steps(plant)
         thrust = hover_thrust(vehicle, tilt)
@@ -158,21 +157,14 @@ class SimulatedPlant:
         row = state_row(*start)
         if row.shape != (18,) or not np.isfinite(row).all():
             raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
-        unused_reference = np.concatenate([row, np.zeros(6)])
-        self._flight = _core.new_flight(
-            plant=plant.build_settings(vehicle),
-            model=as_core(vehicle),
-            controller=core_settings(vehicle, TrackingGains(), rule, plant.control_period),
-            reference=_core.Reference(np.zeros(0), unused_reference),
-            start=row,
-            thrust=thrust,
-            tilt=tilt,
-            steps=2**62,
+        self._flight = flight_without_controller(
+            vehicle,
+            plant.build_settings(vehicle),
+            row,
+            Command(thrust, tilt),
             control_every=self._steps_of_control,
-            lost_beyond=1e150,
             seed=seed,
             flight=flight,
-            columns={},
         )
 
     @property
@@ -236,6 +228,42 @@ class SimulatedPlant:
         self._flight.integrate(steps, disturbance)
         if self._flight.status != _core.FlightStatus.FLYING:
             raise OmnimorphError("The plant cannot go on: its motion is no longer finite.")
+
+
+def flight_without_controller(
+    vehicle: Vehicle,
+    plant: _core.PlantSettings,
+    start: FloatArray,
+    command: Command,
+    *,
+    steps: int = 2**62,
+    control_every: int = 1,
+    seed: int = 0,
+    flight: int = 0,
+    columns: dict[str, Any] | None = None,
+) -> _core.Flight:
+    """Return a flight of the core that waits for commands: its own controller is never asked.
+
+    `start` holds the 18 numbers of a state. `command` is in force at first, and the actuators are
+    as it asks. `columns`, if given, takes a row for each of the `steps` physics steps and one more.
+    """
+    rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
+    unused_reference = np.concatenate([start, np.zeros(6)])
+    return _core.new_flight(
+        plant=plant,
+        model=as_core(vehicle),
+        controller=core_settings(vehicle, TrackingGains(), rule, 1.0),
+        reference=_core.Reference(np.zeros(0), unused_reference),
+        start=start,
+        thrust=command.thrust,
+        tilt=command.tilt,
+        steps=steps,
+        control_every=control_every,
+        lost_beyond=1e150,
+        seed=seed,
+        flight=flight,
+        columns={} if columns is None else columns,
+    )
 
 
 def as_state(row: FloatArray) -> State:

@@ -8,8 +8,10 @@ from typing import ClassVar
 import numpy as np
 
 from omnimorph.design.records import quantity
+from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.interference import WAKE_MODELS, WakeModel, stacked_pairs
+from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects.effect import SIZE, TIME, Effect, PlantBuild, own_numbers
 from omnimorph.units import from_SI
 
@@ -57,17 +59,24 @@ class SpeedLimits(Effect):
     kind: ClassVar[str] = "speed-limits"
     largest: float | None = quantity("Hz", "a positive number of hertz", above=0.0, default=None)
 
-    def add_to(self, plant: PlantBuild) -> None:
-        """Set the limits; a uni-directional rotor keeps its lower one."""
-        low, high = plant.vehicle.speed_min, plant.vehicle.speed_max
+    def of_rotors(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
+        """Return the least and the largest speeds, (n,) each, rad/s.
+
+        A uni-directional rotor keeps its lower limit.
+        """
+        low, high = vehicle.speed_min, vehicle.speed_max
         if self.largest is not None:
-            high = np.full(plant.vehicle.n_rotors, self.largest)
+            high = np.full(vehicle.n_rotors, self.largest)
             if (high <= low).any():
                 allowed = f"above the rotors' least speed, {from_SI(float(low.max()), 'Hz'):g} Hz"
                 largest = from_SI(self.largest, "Hz")
                 raise ScenarioError.at(self.kind, "largest_Hz", largest, allowed)
             low = np.where(low < 0.0, -high, low)
-        plant.settings.add_speed_limits(low, high)
+        return low, high
+
+    def add_to(self, plant: PlantBuild) -> None:
+        """Set the limits."""
+        plant.settings.add_speed_limits(*self.of_rotors(plant.vehicle))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
     from omnimorph.simulation.scenario import Scenario
     from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
+    from omnimorph.simulation.speed_profile import SpeedProfile, speed_steps
+    from omnimorph.simulation.thrust_stand import SixAxisSensor, ThrustStand
 
 __version__ = "0.1.0"
 
@@ -46,8 +48,11 @@ _HOME = {
     "Run": "results.run",
     "Scenario": "simulation.scenario",
     "SimulatedPlant": "simulation.plant",
+    "SixAxisSensor": "simulation.thrust_stand",
+    "SpeedProfile": "simulation.speed_profile",
     "State": "protocols",
     "ThreeCandidates": "control.allocators",
+    "ThrustStand": "simulation.thrust_stand",
     "TrackingGains": "control.tracking",
     "Vehicle": "design.vehicle",
     "allocation_matrix": "model.allocation",
@@ -61,6 +66,7 @@ _HOME = {
     "load_run": "results.store",
     "load_scenario": "simulation.scenario_files",
     "load_vehicle": "design.files",
+    "speed_steps": "simulation.speed_profile",
     "textbook": "textbook",
 }
 _MODULES = {"analysis", "effects", "textbook"}
@@ -77,8 +83,11 @@ __all__ = [
     "Run",
     "Scenario",
     "SimulatedPlant",
+    "SixAxisSensor",
+    "SpeedProfile",
     "State",
     "ThreeCandidates",
+    "ThrustStand",
     "TrackingGains",
     "Vehicle",
     "__version__",
@@ -93,6 +102,7 @@ __all__ = [
     "load_run",
     "load_scenario",
     "load_vehicle",
+    "speed_steps",
     "textbook",
 ]
 

@@ -1,1 +1,1 @@
-"""Fly: scenarios (`scenario`), the plant (`plant`, `effects`) and the loop (`fly`)."""
+"""Fly: scenarios (`scenario`), plant (`plant`, `effects`), loop (`fly`); and a `thrust_stand`."""

@@ -14,6 +14,7 @@ from omnimorph.verification import (
     motors,
     noise,
     pushes,
+    stand,
     symmetry,
     wrench_map,
 )
@@ -31,6 +32,7 @@ CASES: tuple[Case, ...] = (
     *actuators.CASES,
     *pushes.CASES,
     *noise.CASES,
+    *stand.CASES,
     *hovering.CASES,
     *symmetry.CASES,
 )

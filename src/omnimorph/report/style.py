@@ -92,10 +92,11 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 @dataclass(frozen=True)
 class Look:
-    """How one flight is drawn, everywhere in a report: its colour and its line."""
+    """How one flight is drawn, everywhere in a report: its colour, its line and its mark."""
 
     colour: str
     line: Any = "-"
+    mark: str = "o"
 
 
 @dataclass(frozen=True)
@@ -156,16 +157,20 @@ def legend_entries(panels: Sequence[Axes]) -> tuple[list[Any], list[str]]:
 
 
 def legend_above(
-    figure: Figure, handles: list[Any], labels: list[str], where: Any = "outside upper left"
+    figure: Figure,
+    handles: list[Any],
+    labels: list[str],
+    where: Any = "outside upper left",
+    columns: int = 6,
 ) -> None:
-    """Put one legend beside all panels, in a row, where it covers nothing; each label once."""
+    """Put one legend beside all panels, in rows, where it covers nothing; each label once."""
     once = dict(zip(reversed(labels), reversed(handles), strict=True))
     names = list(dict.fromkeys(labels))
     figure.legend(
         [once[name] for name in names],
         names,
         loc=where,
-        ncols=6,
+        ncols=columns,
         columnspacing=1.6,
         handlelength=2.4,
         borderpad=0.1,

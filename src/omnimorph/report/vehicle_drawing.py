@@ -2,19 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
-from omnimorph.report.style import GREY, SILVER, YELLOW
+from omnimorph.report.style import BLUE, GREY, SILVER, VERMILLION, YELLOW
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Camera", "camera", "draw_vehicle", "propeller_radius"]
+__all__ = [
+    "HINGE_LINE",
+    "HINGE_REACH",
+    "INK",
+    "SPIN_COLOURS",
+    "Camera",
+    "arrow",
+    "camera",
+    "draw_vehicle",
+    "propeller_radius",
+    "thrust_axes",
+]
+
+INK = "#222222"
+HINGE_LINE: Any = (0, (6.0, 1.8, 1.2, 1.8))
+HINGE_REACH = 1.2
+"""How far the axis of tilt is drawn to both sides of a hub, in propeller radii."""
+SPIN_COLOURS = (VERMILLION, BLUE)
+"""Of rotors that turn clockwise, and counter-clockwise, about their thrust axes."""
 
 _AZIMUTH, _ELEVATION = np.radians(-62.0), np.radians(24.0)
 
@@ -46,6 +64,16 @@ class Camera(NamedTuple):
         return np.column_stack([self.right, self.up])
 
 
+class _Shape(NamedTuple):
+    """A polygon or a line of B, (K, 3), and how it is drawn."""
+
+    points: FloatArray
+    face: Any
+    edge: str
+    width: float
+    line: Any = "-"
+
+
 def camera() -> Camera:
     """Return the camera of all drawings: it looks down a little from −y, with x to the right."""
     c, s = np.cos(_AZIMUTH), np.sin(_AZIMUTH)
@@ -54,7 +82,9 @@ def camera() -> Camera:
     return Camera(right=right, up=np.cross(towards, right), towards=towards)
 
 
-def draw_vehicle(panel: Axes, vehicle: Vehicle, tilt: ArrayLike) -> None:
+def draw_vehicle(
+    panel: Axes, vehicle: Vehicle, tilt: ArrayLike, *, explained: bool = False
+) -> None:
     """Draw a vehicle into a panel that is then only a picture.
 
     Discs are the propellers, the upper layer yellow, the rest grey; the short line on each is its
@@ -68,34 +98,34 @@ def draw_vehicle(panel: Axes, vehicle: Vehicle, tilt: ArrayLike) -> None:
         Any.
     tilt : float or (m,) array, rad
         Of all servos, or of each.
+    explained : bool
+        Draw the thrust axes as arrows, and on each disc the axis about which it tilts and the way
+        it turns.
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.lines import Line2D
 
     view = camera()
-    radius = propeller_radius(vehicle)
-    turn = np.linspace(0.0, 2.0 * np.pi, 49)
-    circle = radius * np.column_stack([np.cos(turn), np.sin(turn)])
-    shapes: list[FloatArray] = []
-    looks: list[tuple[str, float]] = []
-    rotors = zip(vehicle.rotor_position, _axes_at(vehicle, tilt), strict=True)
-    for hub, axis in sorted(rotors, key=lambda rotor: float(rotor[0] @ view.towards)):
-        disc = hub + circle @ _across(axis)
-        dot = hub + 0.07 * circle[::6] @ np.array([view.right, view.up])
-        shapes += [disc, np.array([hub, hub + 0.55 * radius * axis]), dot]
-        looks += [(YELLOW if hub[2] > 1e-9 else SILVER, 0.75), ("#222222", 1.0), ("#222222", 1.0)]
+    hubs, axes = vehicle.rotor_position, thrust_axes(vehicle, tilt)
+    rotor = _explained_rotor if explained else _plain_rotor
+    shapes: list[_Shape] = []
+    for i in np.argsort(hubs @ view.towards, kind="stable"):
+        shapes += rotor(vehicle, int(i), axes[i])
     drawn = PolyCollection(
-        [view.seen(shape) for shape in shapes],
-        facecolors=looks,
-        edgecolors=["#333333c0", "#222222", "#222222"] * vehicle.n_rotors,
-        linewidths=[0.9, 1.1, 0.0] * vehicle.n_rotors,
+        [view.seen(shape.points) for shape in shapes],
+        closed=False,
+        facecolors=[shape.face for shape in shapes],
+        edgecolors=[shape.edge for shape in shapes],
+        linewidths=[shape.width for shape in shapes],
+        linestyles=[shape.line for shape in shapes],
         zorder=10,
     )
     arms = np.full((vehicle.n_rotors, 3, 3), np.nan)  # from the middle to a hub, then pen up
-    arms[:, 0], arms[:, 1] = 0.0, vehicle.rotor_position
+    arms[:, 0], arms[:, 1] = 0.0, hubs
     panel.add_artist(Line2D(*view.seen(arms.reshape(-1, 3)).T, color=GREY, linewidth=2.2, zorder=2))
     panel.add_collection(drawn, autolim=False)
-    reach = 1.02 * (float(np.linalg.norm(vehicle.rotor_position, axis=1).max()) + radius)
+    radius = propeller_radius(vehicle)
+    reach = 1.02 * (float(np.linalg.norm(hubs, axis=1).max()) + radius)
     panel.set_xlim(-reach, reach)
     panel.set_ylim(-0.95 * reach, 0.95 * reach)
     panel.set_aspect("equal")
@@ -114,13 +144,87 @@ def propeller_radius(vehicle: Vehicle) -> float:
     return 0.48 * float(apart[np.triu_indices(len(hubs), 1)].min())
 
 
-def _axes_at(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
+def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
+    """Return the unit thrust axes in B at a tilt, (n, 3): z0 + zC cos α + zS sin α.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any.
+    tilt : float or (m,) array, rad
+        Of all servos, or of each.
+    """
     z0, zC, zS = vehicle.thrust_axis_parts
     servos = np.broadcast_to(np.asarray(tilt, dtype=np.float64), vehicle.n_servos)
     # a rotor that no servo tilts has index −1: it finds the zero at the end
     angle = np.append(servos, 0.0)[vehicle.rotor_servo][:, None]
     axes: FloatArray = z0 + zC * np.cos(angle) + zS * np.sin(angle)
     return axes
+
+
+def arrow(begin: FloatArray, along: FloatArray, head: float) -> FloatArray:
+    """Return the outline of an arrow that is turned to the camera: (7, 3), from (3,) and (3,).
+
+    `head` is the length of its head, in the unit of the others.
+    """
+    length = float(np.linalg.norm(along))
+    forwards = along / length
+    aside = np.cross(forwards, camera().towards)
+    aside = head * aside / max(float(np.linalg.norm(aside)), 1e-9)
+    shaft, neck, tip = 0.09 * aside, begin + (length - head) * forwards, begin + along
+    side = [begin + shaft, neck + shaft, neck + 0.36 * aside]
+    other = [neck - 0.36 * aside, neck - shaft, begin - shaft]
+    return np.array([*side, tip, *other])
+
+
+def _plain_rotor(vehicle: Vehicle, i: int, axis: FloatArray) -> list[_Shape]:
+    hub, radius = vehicle.rotor_position[i], propeller_radius(vehicle)
+    thrust = np.array([hub, hub + 0.55 * radius * axis])
+    return [_disc(hub, axis, radius), _Shape(thrust, INK, INK, 1.1), _hub_dot(hub, radius)]
+
+
+def _explained_rotor(vehicle: Vehicle, i: int, axis: FloatArray) -> list[_Shape]:
+    hub, radius = vehicle.rotor_position[i], propeller_radius(vehicle)
+    shapes = [_disc(hub, axis, radius)]
+    if vehicle.rotor_servo[i] >= 0:
+        hinge = HINGE_REACH * radius * vehicle.hinge_axis[i]
+        shapes.append(_Shape(np.array([hub - hinge, hub + hinge]), "none", INK, 0.9, HINGE_LINE))
+    spin = float(vehicle.rotor_spin[i])
+    colour = SPIN_COLOURS[spin > 0]
+    shapes.append(_Shape(hub + radius * _spin_arrow(axis, spin), colour, colour, 0.0))
+    thrust = arrow(hub, 1.15 * radius * axis, 0.3 * radius)
+    return [*shapes, _Shape(thrust, INK, INK, 0.0), _hub_dot(hub, radius)]
+
+
+def _disc(hub: FloatArray, axis: FloatArray, radius: float) -> _Shape:
+    face = (YELLOW if hub[2] > 1e-9 else SILVER, 0.75)
+    return _Shape(hub + radius * _circle(49) @ _across(axis), face, "#333333c0", 0.9)
+
+
+def _hub_dot(hub: FloatArray, radius: float) -> _Shape:
+    dot = hub + 0.07 * radius * _circle(9) @ camera()._picture.T
+    return _Shape(dot, INK, INK, 0.0)
+
+
+def _spin_arrow(axis: FloatArray, spin: float) -> FloatArray:
+    """Return a curved arrow on a disc of radius 1, on the side that is lower in the picture.
+
+    It goes counter-clockwise about the thrust axis if the spin is +1.
+    """
+    lowest = _across(axis).T @ (_across(axis) @ -camera().up)
+    lowest /= max(float(np.linalg.norm(lowest)), 1e-9)
+    plane = np.array([lowest, np.cross(axis, lowest)])
+    turn = np.radians(np.linspace(-62.0, 40.0, 18))
+    turns = np.concatenate([turn, turn[-1:], np.radians([68.0]), turn[-1:], turn[::-1]])
+    radii = np.concatenate([np.full(18, 0.73), [0.85, 0.69, 0.53], np.full(18, 0.65)])
+    turns *= spin
+    outline: FloatArray = (radii * np.array([np.cos(turns), np.sin(turns)])).T @ plane
+    return outline
+
+
+def _circle(corners: int) -> FloatArray:
+    turn = np.linspace(0.0, 2.0 * np.pi, corners)
+    return np.column_stack([np.cos(turn), np.sin(turn)])
 
 
 def _across(axis: FloatArray) -> FloatArray:

@@ -1,0 +1,206 @@
+"""What each part of a plant does to a flight: one row a condition, one column a measure."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimorph.report.style import Look, legend_above, new_figure, styled
+from omnimorph.report.tables import number
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["AblationPanel", "AblationRow", "ablation"]
+
+_ROW = 0.205  # height of a row, inches: two dots above each other, letters of 8 pt
+_APART = 0.4  # of the marks within a row
+_LINE = 11.0  # of a number above a panel, points
+_DOT: dict[str, Any] = {"linestyle": "none", "markersize": 4.2, "zorder": 4}
+_LOST: dict[str, Any] = {"linestyle": "none", "markersize": 4.6, "markeredgewidth": 1.4}
+_PAPER: dict[str, Any] = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.9, "zorder": 2}
+
+
+@dataclass(frozen=True)
+class AblationRow:
+    """What was flown under one condition.
+
+    Attributes
+    ----------
+    label : str
+        The condition, in a few words.
+    group : str
+        The heading above it and its neighbours of the same group; "" for none.
+    values : mapping of str to mapping of str to sequence of float
+        Measure -> case -> one value a seed, in the unit of the panel. A value that is not finite is
+        a flight that was lost; what is missing is not drawn.
+    """
+
+    label: str
+    group: str
+    values: Mapping[str, Mapping[str, Sequence[float]]]
+
+
+@dataclass(frozen=True)
+class AblationPanel:
+    """One column of the figure.
+
+    Attributes
+    ----------
+    measure : str
+        Which of the values of each row are drawn.
+    title : str
+        What they are, with their unit; may have two lines.
+    logarithmic : bool
+        Draw it so; all values are then positive.
+    paper : mapping of str to float
+        Case -> the value that the paper reports.
+    """
+
+    measure: str
+    title: str
+    logarithmic: bool = False
+    paper: Mapping[str, float] = field(default_factory=dict)
+
+
+@styled
+def ablation(
+    rows: Sequence[AblationRow], panels: Sequence[AblationPanel], looks: Mapping[str, Look]
+) -> Figure:
+    """Draw what was flown under many conditions: mean and range over the seeds, and lost flights.
+
+    Parameters
+    ----------
+    rows : sequence of AblationRow
+        From top to bottom; about 40 fill a page. Neighbours of one group stand under its name.
+    panels : sequence of AblationPanel
+        From left to right.
+    looks : mapping of str to Look
+        Case -> how it is drawn: its colour and its mark.
+    """
+    levels, ticks, names = _places(rows)
+    reported = max(len(panel.paper) for panel in panels)
+    height = 1.15 + _ROW * (len(ticks) + 1)
+    figure, axes = new_figure(height, 1, len(panels), sharey=True)
+    for axis, panel in zip(axes[0], panels, strict=True):
+        _shade(axis, levels)
+        _limit(axis, panel, rows)
+        for row, level in zip(rows, levels, strict=True):
+            _draw_row(axis, row.values.get(panel.measure, {}), level, looks)
+        _draw_paper(axis, panel, looks)
+        axis.set_xlabel(panel.title)
+        axis.set_title(panel.title, fontsize=8.5, pad=4.0 + _LINE * reported)
+        axis.grid(visible=False, axis="y")
+        axis.tick_params(axis="y", length=0.0)
+    first = axes[0, 0]
+    first.set_yticks(ticks, names)
+    first.set_ylim(len(ticks) - 0.4, -0.6)
+    headings = set(ticks) - set(levels)
+    for tick, text in zip(ticks, first.get_yticklabels(), strict=True):
+        text.set_fontweight("bold" if tick in headings else "normal")
+    legend_above(figure, *_entries(rows, panels, looks))
+    return figure
+
+
+def _places(rows: Sequence[AblationRow]) -> tuple[list[int], list[int], list[str]]:
+    """Return the level of every row, and all levels with their names, headings included."""
+    levels: list[int] = []
+    names: list[str] = []
+    for group, members in itertools.groupby(rows, key=lambda row: row.group):
+        names += [group] if group else []
+        for row in members:
+            levels.append(len(names))
+            names.append(row.label)
+    return levels, list(range(len(names))), names
+
+
+def _shade(axis: Axes, levels: Sequence[int]) -> None:
+    for level in levels[::2]:
+        axis.axhspan(level - 0.5, level + 0.5, color="#f4f4f4", zorder=0, linewidth=0)
+
+
+def _draw_row(
+    axis: Axes, cases: Mapping[str, Sequence[float]], level: float, looks: Mapping[str, Look]
+) -> None:
+    drawn = [case for case in looks if case in cases]
+    for k, case in enumerate(drawn):
+        look, values = looks[case], np.asarray(cases[case], dtype=np.float64)
+        y = level + _APART * (k - 0.5 * (len(drawn) - 1))
+        flown = values[np.isfinite(values)]
+        if len(flown):
+            ends = [flown.min(), flown.max()]
+            axis.plot(ends, [y, y], color=look.colour, linewidth=2.6, alpha=0.4, zorder=3)
+            axis.plot([flown.mean()], [y], look.mark, color=look.colour, **_DOT)
+        if len(flown) < len(values):
+            edge: dict[str, Any] = {"transform": axis.get_yaxis_transform(), "zorder": 5}
+            axis.plot([0.97], [y], "x", color=look.colour, **_LOST, **edge)
+
+
+def _limit(axis: Axes, panel: AblationPanel, rows: Sequence[AblationRow]) -> None:
+    """Let an axis hold all finite values, with room at its right edge for lost flights."""
+    cases = [row.values.get(panel.measure, {}) for row in rows]
+    values = np.array(
+        [*panel.paper.values(), *(v for one in cases for seeds in one.values() for v in seeds)],
+        dtype=np.float64,
+    )
+    values = values[np.isfinite(values)]
+    low, high = values.min(), values.max()
+    if not panel.logarithmic:
+        room = (high - low) or 1.0
+        axis.set_xlim(low - 0.06 * room, high + 0.12 * room)
+        axis.locator_params(axis="x", nbins=4)
+        return
+    decades = math.log10(high / low) or 1.0
+    axis.set_xscale("log")
+    axis.set_xlim(low * 10 ** (-0.06 * decades), high * 10 ** (0.12 * decades))
+    _label_decades(axis, decades)
+
+
+def _label_decades(axis: Axes, decades: float) -> None:
+    """Name 1, 2 and 5 of each decade where there is room, and the decades alone where not."""
+    from matplotlib.ticker import LogLocator
+
+    parts = (1.0, 2.0, 5.0) if decades < 1.3 else (1.0, 3.0) if decades < 2.2 else (1.0,)
+    axis.xaxis.set_major_locator(LogLocator(subs=parts))
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter("")
+
+
+def _draw_paper(axis: Axes, panel: AblationPanel, looks: Mapping[str, Look]) -> None:
+    """Draw the paper's values as lines, each with its number above the panel."""
+    reported = [case for case in looks if case in panel.paper]
+    for k, case in enumerate(reported):
+        value, colour = panel.paper[case], looks[case].colour
+        axis.axvline(value, color=colour, **_PAPER)
+        share = float(axis.transLimits.transform(axis.transScale.transform((value, 0.0)))[0])
+        align = "left" if share < 0.2 else "right" if share > 0.8 else "center"
+        at: dict[str, Any] = {"textcoords": "offset points", "ha": align, "va": "bottom"}
+        up = 3.0 + _LINE * (len(reported) - 1 - k)
+        across = axis.get_xaxis_transform()
+        axis.annotate(number(value), (value, 1.0), (0.0, up), xycoords=across, color=colour, **at)
+
+
+def _entries(
+    rows: Sequence[AblationRow], panels: Sequence[AblationPanel], looks: Mapping[str, Look]
+) -> tuple[list[Any], list[str]]:
+    """Return what the legend shows: the cases, the paper's values, and lost flights if any were."""
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], marker=look.mark, color=look.colour, **_DOT) for look in looks.values()
+    ]
+    words = [f"{case}: mean and range" for case in looks]
+    if any(panel.paper for panel in panels):
+        handles.append(Line2D([], [], color="#444444", **_PAPER))
+        words.append("the paper's values")
+    measured = [v for row in rows for cases in row.values.values() for v in cases.values()]
+    if not all(np.isfinite(values).all() for values in measured):
+        handles.append(Line2D([], [], marker="x", color="#444444", **_LOST))
+        words.append("lost flights")
+    return handles, words

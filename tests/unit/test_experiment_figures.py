@@ -1,0 +1,257 @@
+"""Figures of experiments: what is drawn is what was handed in, and everything can be read."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from tests.unit import experiment_parts as parts
+from tests.unit.experiment_parts import LOOKS, PANELS
+
+import omnimorph as om
+from omnimorph.protocols import FloatArray
+from omnimorph.report import style
+from omnimorph.report.ablation_figure import AblationPanel, AblationRow, ablation
+from omnimorph.report.frontier_figure import frontier
+from omnimorph.report.stand_figure import stand
+from omnimorph.report.style import Flight, Look
+from omnimorph.report.tilt_choice_figure import cost_gaps, energy_by_choice, tilt_by_choice
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+
+@pytest.fixture(scope="module")
+def figures() -> dict[str, Figure]:
+    rows, least = parts.build_energies()
+    run = om.fly(om.load_scenario("hover"))
+    ways = [Flight(way, run, Look(style.BLACK)) for way in parts.WAYS]
+    drawn = {
+        "ablation": ablation(parts.build_ablation(), PANELS, LOOKS),
+        "stand": stand(*parts.build_stand()),
+        "frontier": frontier(*parts.build_frontier()),
+        "tilt_by_choice": tilt_by_choice({"Case A": ways, "Case B": ways[:2]}),
+        "cost_gaps": cost_gaps(parts.build_gaps()),
+        "energy_by_choice": energy_by_choice(rows, least, LOOKS),
+    }
+    for figure in drawn.values():
+        style.as_svg(figure)  # ticks are made when they are drawn first
+        figure.draw_without_rendering()  # and places for this resolution
+    return drawn
+
+
+def texts_of(figure: Figure) -> list[Text]:
+    """Return all texts that are seen, legends included: not those of ticks beyond an axis."""
+    from matplotlib.text import Text
+
+    beyond = [
+        label
+        for panel in figure.axes
+        for axis in (panel.xaxis, panel.yaxis)
+        for tick in axis.get_major_ticks()
+        for label in (tick.label1, tick.label2)
+        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
+    ]
+    shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text()]
+    return [text for text in shown if text not in beyond]
+
+
+def xy(line: Any) -> FloatArray:
+    return np.asarray(line.get_xydata(), dtype=np.float64)
+
+
+def marks_of(panel: Axes, mark: str, colour: str) -> FloatArray:
+    """Return where single marks of a kind and colour are, (K, 2), in the order of drawing."""
+    found = [
+        xy(line)[0]
+        for line in panel.lines
+        if line.get_marker() == mark and line.get_color() == colour and len(xy(line)) == 1
+    ]
+    return np.array(found).reshape(-1, 2)
+
+
+# --- what all have in common ----------------------------------------------------------------------
+
+NAMES = ["ablation", "stand", "frontier", "tilt_by_choice", "cost_gaps", "energy_by_choice"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_figures_are_legible_and_keep_inside_their_frame(
+    figures: dict[str, Figure], name: str
+) -> None:
+    figure = figures[name]
+    width, height = figure.get_size_inches()
+    assert width == style.WIDTH
+    assert height <= 9.5, "it fits a page"
+    inside = figure.get_tightbbox()
+    assert min(inside.x0, inside.y0) >= 0.0
+    assert inside.x1 <= width
+    assert inside.y1 <= height
+    assert min(float(text.get_fontsize()) for text in texts_of(figure)) >= 8.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_words_overlap(figures: dict[str, Figure], name: str) -> None:
+    figure = figures[name]
+    boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(figure)]
+    for (word, one), (other, two) in itertools.combinations(boxes, 2):
+        lap = [min(one.x1, two.x1) - max(one.x0, two.x0), min(one.y1, two.y1) - max(one.y0, two.y0)]
+        assert min(lap) < 1.0, (word, other)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_axes_say_their_units(figures: dict[str, Figure], name: str) -> None:
+    for panel in figures[name].axes:
+        place = panel.get_subplotspec()
+        assert place is not None
+        if place.is_last_row() or panel.get_xlabel():
+            assert re.search(r"\(.+\)", panel.get_xlabel())
+        if panel.get_ylabel():
+            assert re.search(r"\(.+\)", panel.get_ylabel())
+
+
+# --- ablation -------------------------------------------------------------------------------------
+
+
+def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) -> None:
+    rows, figure = parts.build_ablation(), figures["ablation"]
+    assert len(rows) == 35
+    names = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
+    for panel, axis in zip(PANELS, figure.axes, strict=True):
+        for case, look in LOOKS.items():
+            seeds = [np.asarray(row.values[panel.measure].get(case, ())) for row in rows]
+            flown = [(row, v[np.isfinite(v)]) for row, v in zip(rows, seeds, strict=True)]
+            flown = [(row, v) for row, v in flown if len(v)]
+            drawn = marks_of(axis, look.mark, look.colour)
+            np.testing.assert_allclose(drawn[:, 0], [v.mean() for _, v in flown], rtol=1e-12)
+            at = [names[round(y)] for y in drawn[:, 1]]
+            assert at == [row.label for row, _ in flown]
+            ranges = [xy(line)[:, 0] for line in axis.lines if line.get_alpha() == 0.4]
+            for _, v in flown:
+                assert any(np.array_equal(one, [v.min(), v.max()]) for one in ranges)
+
+
+def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> None:
+    rows, (tilt, *others) = parts.build_ablation(), figures["ablation"].axes
+    bold = [t.get_text() for t in tilt.get_yticklabels() if t.get_fontweight() == "bold"]
+    assert bold == list(dict.fromkeys(row.group for row in rows))
+    names = [tick.get_text() for tick in tilt.get_yticklabels()]
+    assert len(marks_of(tilt, "x", LOOKS["Case B"].colour)) == 0
+    for axis in others:
+        lost = marks_of(axis, "x", LOOKS["Case B"].colour)
+        assert [names[round(y)] for _, y in lost] == [rows[2].label, rows[8].label]
+        assert (lost[:, 0] > 0.9).all(), "a share of the width"
+    assert "lost flights" in [t.get_text() for t in figures["ablation"].legends[0].get_texts()]
+
+
+def test_ablation_draws_the_papers_values_with_their_numbers(figures: dict[str, Figure]) -> None:
+    for panel, axis in zip(PANELS, figures["ablation"].axes, strict=True):
+        lines = {line.get_color(): xy(line)[0, 0] for line in axis.lines if line.is_dashed()}
+        assert lines == {LOOKS[case].colour: value for case, value in panel.paper.items()}
+    words = [text.get_text() for axis in figures["ablation"].axes for text in axis.texts]
+    assert words == ["2081", "1162", "11", "44", "0.062", "0.068"]
+
+
+def test_ablation_of_one_row_without_seeds_lost_needs_no_more_words() -> None:
+    row = AblationRow("perfect plant", "", {"tilt": {"Case A": [12.0]}})
+    figure = ablation([row], [AblationPanel("tilt", "mean tilt (°)")], {"Case A": LOOKS["Case A"]})
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["Case A: mean and range"]
+    (panel,) = figure.axes
+    assert [tick.get_text() for tick in panel.get_yticklabels()] == ["perfect plant"]
+    np.testing.assert_array_equal(marks_of(panel, "o", style.VERMILLION), [[12.0, 0.0]])
+
+
+# --- stand ----------------------------------------------------------------------------------------
+
+
+def test_stand_draws_speeds_and_forces(figures: dict[str, Figure]) -> None:
+    _, tests = parts.build_stand()
+    top, *panels = figures["stand"].axes
+    alone, others = (xy(line)[:, 1] for line in top.lines)
+    np.testing.assert_allclose(alone, 120.0)
+    np.testing.assert_allclose(np.unique(others.round(9)), np.arange(0.0, 121.0, 20.0))
+    assert [panel.get_title(loc="left") for panel in panels] == ["tilt 0°", "tilt 50°"]
+    assert panels[0].get_ylim() == panels[1].get_ylim()
+    for test, panel in zip(tests, panels, strict=True):
+        means, bands = panel.lines[:2], panel.collections
+        for values, line, band in zip((test.alone, test.together), means, bands, strict=True):
+            assert xy(line)[:, 1].mean() == pytest.approx(values.mean(), rel=1e-3)
+            heights = np.asarray(band.get_paths()[0].vertices)[:, 1]
+            assert (heights.min(), heights.max()) == (values.min(), values.max())
+        assert [xy(line)[0, 1] for line in panel.lines[2:]] == [one.force for one in test.levels]
+        assert [text.get_text() for text in panel.texts] == [one.label for one in test.levels]
+
+
+# --- frontier -------------------------------------------------------------------------------------
+
+
+def bars_of(panel: Axes) -> list[FloatArray]:
+    """Return the bars of each curve in a panel, (K, 2, 2)."""
+    return [np.array(one.get_segments()) for one in panel.collections]  # type: ignore[attr-defined]
+
+
+def test_frontier_draws_shares_with_their_intervals(figures: dict[str, Figure]) -> None:
+    panels, dead = parts.build_frontier()
+    axes = figures["frontier"].axes
+    for panel, axis in zip(panels, axes, strict=False):
+        for curve, line, bars in zip(panel.curves, axis.lines, bars_of(axis), strict=False):
+            shown = np.column_stack([curve.over, curve.share])
+            np.testing.assert_allclose(xy(line), 100.0 * shown)
+            assert (line.get_marker(), line.get_color()) == (curve.look.mark, curve.look.colour)
+            np.testing.assert_allclose(bars[:, 0, 1], 100.0 * curve.low, atol=1e-9)
+            np.testing.assert_allclose(bars[:, 1, 1], 100.0 * curve.high, atol=1e-9)
+        limits = [xy(line)[0, 0] for line in axis.lines[len(panel.curves) :]]
+        np.testing.assert_allclose(limits, [100.0 * limit.loss for limit in panel.limits])
+        assert [text.get_text() for text in axis.texts] == [one.label for one in panel.limits]
+    for one, line in zip(dead, axes[-1].lines, strict=True):
+        np.testing.assert_allclose(xy(line)[:, 1], 100.0 * one.share)
+        np.testing.assert_array_equal(xy(line)[:, 0].round(), one.over)
+        assert line.get_linestyle() == "None"
+
+
+def test_frontier_without_dead_rotors_has_one_row() -> None:
+    figure = frontier(parts.build_frontier()[0])
+    assert [axis.get_title(loc="left") for axis in figure.axes] == ["all rotors", "lower rotors"]
+
+
+# --- choice of the tilt ---------------------------------------------------------------------------
+
+
+def test_tilts_are_drawn_case_by_case(figures: dict[str, Figure]) -> None:
+    above, below = figures["tilt_by_choice"].axes
+    assert (above.get_ylabel(), below.get_ylabel()) == ("Case A\ntilt (°)", "Case B\ntilt (°)")
+    named = [line.get_label() for line in above.lines]
+    assert [label for label in named if label in parts.WAYS] == list(parts.WAYS)
+    assert [line.get_label() for line in below.lines][:2] == list(parts.WAYS[:2])
+
+
+def test_cost_gaps_are_shares_of_steps(figures: dict[str, Figure]) -> None:
+    *gaps, none = parts.build_gaps()
+    *lines, empty = figures["cost_gaps"].axes[0].lines
+    for one, line in zip(gaps, lines, strict=True):
+        assert line.get_label() == one.label
+        x, share = xy(line).T
+        assert np.all(np.diff(share) <= 0.0)
+        for k in (0, 100, 250):
+            assert share[k] == pytest.approx(100.0 * (one.gap > x[k] / 100.0).mean(), abs=0.02)
+        assert share[-1] > 0.0, "on a logarithmic axis"
+    assert (empty.get_label(), len(xy(empty))) == (f"{none.label}: none", 0)
+
+
+def test_energies_stand_beside_the_least_possible(figures: dict[str, Figure]) -> None:
+    rows, least = parts.build_energies()
+    (panel,) = figures["energy_by_choice"].axes
+    words = {text.get_text() for text in panel.texts}
+    for case, look in LOOKS.items():
+        drawn = marks_of(panel, look.mark, look.colour)
+        means = [np.mean(row.energy[case]) for row in rows]
+        np.testing.assert_allclose(drawn[:, 0], means, rtol=1e-12)
+        np.testing.assert_array_equal(drawn[:, 1].round(), range(len(rows)))
+        assert {f"{100.0 * (mean / least[case] - 1.0):+.1f} %" for mean in means} <= words
+    dashed = {line.get_label(): xy(line)[0, 0] for line in panel.lines if line.is_dashed()}
+    assert dashed == {f"least possible, {case}": value for case, value in least.items()}

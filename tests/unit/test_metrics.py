@@ -22,8 +22,9 @@ TURN = 2.0 * math.pi
 OMNIMORPH = load_vehicle("omnimorph")
 KEYS = """
     position_error_mean_m position_error_rms_m position_error_max_m attitude_error_mean_rad
-    attitude_error_max_rad attitude_error_paper drag_energy_J drag_energy_paper
-    acceleration_energy_J acceleration_energy_paper tilt_mean_deg tilt_max_deg tilt_min_deg
+    attitude_error_rms_rad attitude_error_max_rad attitude_error_paper
+    drag_energy_J drag_energy_paper acceleration_energy_J acceleration_energy_paper
+    tilt_mean_deg tilt_max_deg tilt_min_deg
     saturated_share speed_max_Hz power_mean_W kkt_residual_max duration_s outcome
 """
 
@@ -145,6 +146,9 @@ def test_attitude_error_over_many_rows() -> None:
     angles = [*np.linspace(0.0, 3.0, 2500), *np.linspace(0.0, 3.0, 2500)]
     metrics = resting_run(5000, R_WB=turns_about([0.0, 1.0, 1.0], angles)).metrics
     assert metrics.attitude_error_mean_rad == pytest.approx(1.5, abs=1e-12)
+    assert metrics.attitude_error_rms_rad == pytest.approx(
+        math.sqrt(np.mean(np.square(angles))), abs=1e-12
+    )
     assert metrics.attitude_error_max_rad == pytest.approx(3.0, abs=1e-12)
     assert metrics.attitude_error_paper == pytest.approx(np.mean(np.sin(angles)), abs=1e-12)
 

@@ -22,6 +22,9 @@ MEASURES: Mapping[str, Measure] = {
     "position_error_rms_m": Measure("position error, root mean square", 1e3, "mm"),
     "position_error_max_m": Measure("position error, largest", 1e3, "mm"),
     "attitude_error_mean_rad": Measure("attitude error, mean angle", math.degrees(1.0), "°"),
+    "attitude_error_rms_rad": Measure(
+        "attitude error, root mean square angle", math.degrees(1.0), "°"
+    ),
     "attitude_error_max_rad": Measure("attitude error, largest angle", math.degrees(1.0), "°"),
     "attitude_error_paper": Measure("attitude error, mean ‖e_R‖ (the paper's)", 1.0, "–"),
     "drag_energy_J": Measure("energy against drag", 1.0, "J"),

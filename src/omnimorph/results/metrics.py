@@ -36,8 +36,8 @@ class Metrics:
     ----------
     position_error_mean_m, position_error_rms_m, position_error_max_m : float
         Mean, root mean square and maximum of ‖p − p_d‖.
-    attitude_error_mean_rad, attitude_error_max_rad : float
-        Mean and maximum of the geodesic angle θ between R and R_d, from
+    attitude_error_mean_rad, attitude_error_rms_rad, attitude_error_max_rad : float
+        Mean, root mean square and maximum of the geodesic angle θ between R and R_d, from
         tan θ = ‖e_R‖ / ((tr(Rᵀ R_d) − 1)/2): exact from 0 to π.
     attitude_error_paper : float
         Mean of ‖e_R‖ = sin θ, e_R = ½ (Rᵀ R_d − R_dᵀ R)^∨, which the paper calls attitude error.
@@ -71,6 +71,7 @@ class Metrics:
     position_error_rms_m: float
     position_error_max_m: float
     attitude_error_mean_rad: float
+    attitude_error_rms_rad: float
     attitude_error_max_rad: float
     attitude_error_paper: float
     drag_energy_J: float
@@ -137,6 +138,7 @@ def _measured(run: Run, rows: int) -> Metrics:
         position_error_rms_m=float(np.sqrt(np.mean(distance**2))),
         position_error_max_m=float(distance.max()),
         attitude_error_mean_rad=float(angle.mean()),
+        attitude_error_rms_rad=float(np.sqrt(np.mean(angle**2))),
         attitude_error_max_rad=float(angle.max()),
         attitude_error_paper=float(sine.mean()),
         drag_energy_J=drag,

@@ -43,6 +43,7 @@ from omnimorph.design.documents import (
 from omnimorph.design.files import load_vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
 from omnimorph.protocols import Reference
+from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
 from omnimorph.simulation import scenario_schema as schema
@@ -204,6 +205,11 @@ def _plant_from(content: Any, name: str) -> PlantModel:
 
 
 def _reference_from(content: Any, folder: Path) -> Reference:
+    whole = _whole_reference(content, folder)
+    return PoseOnly(whole) if content.pose_only else whole
+
+
+def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledReference:
     if isinstance(content, schema.Samples):
         return SampledReference.from_csv(str(folder / content.file))
     if isinstance(content, schema.Waypoints):

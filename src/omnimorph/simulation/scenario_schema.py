@@ -63,7 +63,13 @@ class SegmentTable(Table):
     rotation_angle_deg: Number = Field(default=0.0, description="a finite number of degrees")
 
 
-class Segments(Table):
+class ReferenceTable(Table):
+    """What ``[reference]`` may say whatever its kind."""
+
+    pose_only: bool = Field(default=False, description="true or false")
+
+
+class Segments(ReferenceTable):
     """``[reference]`` made of minimum-jerk segments."""
 
     kind: Literal["segments"]
@@ -88,14 +94,14 @@ class Waypoint(Table):
     quaternion_wxyz: Quaternion | None = Field(default=None, description=_QUATERNION)
 
 
-class Waypoints(Table):
+class Waypoints(ReferenceTable):
     """``[reference]`` made of poses, at rest in each."""
 
     kind: Literal["waypoints"]
     waypoint: list[Waypoint] = Field(min_length=2, description="two waypoints or more")
 
 
-class Samples(Table):
+class Samples(ReferenceTable):
     """``[reference]`` from a CSV file of poses, through which a smooth curve is laid."""
 
     kind: Literal["samples"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from omnimorph.design.records import Record, file_model, quantity
+from omnimorph.design.records import Record, choice, file_model, quantity
 from omnimorph.errors import ScenarioError
 
 
@@ -168,3 +168,34 @@ def test_arrays_and_lists_become_tuples() -> None:
 def test_records_are_frozen() -> None:
     with pytest.raises(FrozenInstanceError):
         Spring(length=1.0).length = 2.0  # type: ignore[misc]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gear(Record):
+    """A record with choices."""
+
+    kind: ClassVar[str] = "gear"
+    side: Literal["left", "right"] = choice(("left", "right"), '"left" or "right"')
+    teeth: int = choice(range(3, 100, 2), "an odd whole number from 3 to 99")
+
+
+def test_a_choice_is_the_same_in_a_file() -> None:
+    gear = Gear(side="left", teeth=np.int64(99))  # type: ignore[arg-type]
+    assert gear.as_file() == {"kind": "gear", "side": "left", "teeth": 99}
+    assert Gear.from_file(file_model(Gear).model_validate(gear.as_file())) == gear
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        *(("side", value) for value in ("middle", 3, None)),
+        *(("teeth", value) for value in (4, 1, 101, 5.0, True, "5", [5], None)),
+    ],
+)
+def test_a_choice_refuses_what_is_not_in_it(field: str, value: Any) -> None:
+    content = {"side": "right", "teeth": 5, field: value}
+    with pytest.raises(ScenarioError) as caught:
+        Gear(**content)
+    assert caught.value.key == field
+    with pytest.raises(ValidationError):
+        file_model(Gear).model_validate({"kind": "gear"} | content)

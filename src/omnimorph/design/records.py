@@ -20,7 +20,7 @@ import functools
 import math
 import operator
 import typing
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
 from omnimorph.errors import ScenarioError
@@ -29,7 +29,7 @@ from omnimorph.units import from_SI, to_SI
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["Record", "file_model", "quantity"]
+__all__ = ["Record", "choice", "file_model", "quantity"]
 
 
 def quantity(
@@ -60,8 +60,21 @@ def quantity(
     return dataclasses.field(default=default, metadata=rule | {"length": length})
 
 
+def choice(values: Sequence[Any], allowed: str) -> Any:
+    """Declare a required field that is one of a few texts or whole numbers, the same in files.
+
+    Parameters
+    ----------
+    values : sequence
+        All it may be, of one type: ``("left", "right")`` or ``range(3, 100, 2)``.
+    allowed : str
+        The same, to be read after "it must be".
+    """
+    return dataclasses.field(metadata={"values": values, "unit": "", "allowed": allowed})
+
+
 class Record:
-    """Base of the frozen dataclasses declared with `quantity`.
+    """Base of the frozen dataclasses declared with `quantity` and `choice`.
 
     Attributes
     ----------
@@ -82,7 +95,8 @@ class Record:
             if isinstance(value, list | tuple) or hasattr(value, "tolist"):
                 value = _plain(value)
                 object.__setattr__(self, field.name, value)
-            if field.metadata and value is not None and not _is_allowed(value, field.metadata):
+            left_out = value is None and field.default is None
+            if field.metadata and not left_out and not _is_allowed(value, field.metadata):
                 raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
             if isinstance(field.default, bool | str) and type(value) is not type(field.default):
                 allowed = "true or false" if isinstance(field.default, bool) else "text"
@@ -167,6 +181,8 @@ def _key(field: dataclasses.Field[Any]) -> str:
 
 
 def _is_allowed(value: Any, rule: Mapping[str, Any]) -> bool:
+    if "values" in rule:  # of the same type, because 3.0 == 3 and True == 1
+        return type(value) is type(rule["values"][0]) and value in rule["values"]
     if isinstance(value, tuple):
         if rule["length"] is not None and len(value) != rule["length"]:
             return False

@@ -65,10 +65,10 @@ inline PerServo<double> per_servo_from(const Array& array, int m, const char* na
     for (int j = 0; j < m; ++j) x[j] = array.data()[j];
     return x;
 }
+inline Motion<double> motion_from(const double* s) { return {vector_from<3>(s), vector_from<3>(s + 12), matrix_from(s + 3), vector_from<3>(s + 15)}; }
 inline Motion<double> motion_from(const Array& array) {
     expect_size(array, state_width, "state");
-    const double* s = array.data();
-    return {vector_from<3>(s), vector_from<3>(s + 12), matrix_from(s + 3), vector_from<3>(s + 15)};
+    return motion_from(array.data());
 }
 inline Desired<double> desired_from(const Array& array) {
     expect_size(array, desired_width, "desired");

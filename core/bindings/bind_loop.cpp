@@ -2,6 +2,8 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 
+#include <type_traits>
+
 #include "bind.hpp"
 
 namespace omnimorph::python {
@@ -11,16 +13,19 @@ namespace {
 using Settings = ControllerSettings<double, 0>;
 
 Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
-                                  const Array& input, const Array& input_change, const Array& acceleration, bool three_candidates, double tilt_change) {
+                                  const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, double tilt_change,
+                                  int candidates) {
     for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
     expect_size(acceleration, 6, "acceleration");
-    if (three_candidates && vehicle.n_servos != 1) throw nb::value_error("the three-candidate rule needs exactly one servo");
+    if (rule != AllocationRule::fixed_tilt && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
+    if (rule != AllocationRule::fixed_tilt && (candidates < 3 || candidates % 2 == 0)) throw nb::value_error("candidates are odd and three or more");
     Settings s;
     s.gains = {vector_from<3>(velocity.data()), vector_from<3>(position.data()), vector_from<3>(rate.data()), vector_from<3>(attitude.data())};
     s.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
                  vector_from<6>(acceleration.data())};
-    s.rule = three_candidates ? AllocationRule::three_candidates : AllocationRule::fixed_tilt;
+    s.rule = rule;
     s.tilt_change = tilt_change;
+    s.candidates = candidates;
     return s;
 }
 
@@ -34,25 +39,41 @@ struct AllocationView {
     int n, m;
 };
 
-std::unique_ptr<AnyController> new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
-    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
-    switch (int(vehicle.n_rotors)) {
-        case 4: return make_controller<4>(vehicle, settings, start);
-        case 6: return make_controller<6>(vehicle, settings, start);
-        case 8: return make_controller<8>(vehicle, settings, start);
-        case 12: return make_controller<12>(vehicle, settings, start);
-        default: return make_controller<0>(vehicle, settings, start);
+/// Call `task` with the number of rotors as a constant; 0 for one that has no loop of its own.
+template <class Task> auto with_rotors(int n, const Task& task) {
+    switch (n) {
+        case 4: return task(std::integral_constant<int, 4>());
+        case 6: return task(std::integral_constant<int, 6>());
+        case 8: return task(std::integral_constant<int, 8>());
+        case 12: return task(std::integral_constant<int, 12>());
+        default: return task(std::integral_constant<int, 0>());
     }
 }
 
-std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
-    switch (int(parts.model.n_rotors)) {
-        case 4: return make_flight<4>(parts);
-        case 6: return make_flight<6>(parts);
-        case 8: return make_flight<8>(parts);
-        case 12: return make_flight<12>(parts);
-        default: return make_flight<0>(parts);
+std::unique_ptr<AnyController> new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
+    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
+    return with_rotors(vehicle.n_rotors, [&](auto rotors) { return make_controller<rotors>(vehicle, settings, start); });
+}
+
+/// Costs (S, K) of S control steps at K tilts each.
+Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, const Array& states, const Array& accelerations, const Array& previous_thrusts,
+                        const Array& tilts) {
+    if (tilts.ndim() != 2 || vehicle.n_servos != 1) throw nb::value_error("cost_over_tilt takes rows of tilts of a single servo");
+    const std::size_t S = tilts.shape(0), K = tilts.shape(1), n = static_cast<std::size_t>(int(vehicle.n_rotors));
+    expect_size(states, S * state_width, "states");
+    expect_size(accelerations, S * 6, "accelerations");
+    expect_size(previous_thrusts, S * n, "previous_thrusts");
+    std::vector<ControlStep> steps(S);
+    for (std::size_t k = 0; k < S; ++k) {
+        steps[k] = {motion_from(states.data() + k * state_width), vector_from<6>(accelerations.data() + k * 6), {}};
+        for (std::size_t i = 0; i < n; ++i) steps[k].previous_thrust[int(i)] = previous_thrusts.data()[k * n + i];
     }
+    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(vehicle, settings.weights, steps, tilts.data(), K); });
+    return new_array(costs.data(), {S, K});
+}
+
+std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
+    return with_rotors(parts.model.n_rotors, [&](auto rotors) { return make_flight<rotors>(parts); });
 }
 
 double* column(const nb::dict& columns, const char* name, std::size_t size) {
@@ -129,9 +150,13 @@ bool decide(AnyFlight& flight, const Array& thrust, const Array& tilt, const Arr
 
 void bind_loop(nb::module_& m) {
     using namespace nb::literals;
+    nb::enum_<AllocationRule>(m, "AllocationRule")
+        .value("FIXED_TILT", AllocationRule::fixed_tilt)
+        .value("BEST_IN_WINDOW", AllocationRule::best_in_window)
+        .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range);
     nb::class_<Settings>(m, "ControllerSettings");
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
-          "input_change"_a, "acceleration"_a, "three_candidates"_a, "tilt_change"_a);
+          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a);
     nb::class_<AllocationView>(m, "Allocation")
         .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
         .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })
@@ -148,6 +173,7 @@ void bind_loop(nb::module_& m) {
             return AllocationView{c.allocate(motion_from(state), vector_from<6>(acceleration.data())), c.n_rotors, c.n_servos};
         }, "state"_a, "acceleration"_a);
     m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
+    m.def("cost_over_tilt", &costs_over_tilt, "vehicle"_a, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a, "tilts"_a);
     m.def("reference_acceleration", [](const Settings& s, const Array& state, const Array& desired) {
         return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.gains).a, {6});
     }, "settings"_a, "state"_a, "desired"_a);

@@ -76,4 +76,19 @@ std::unique_ptr<AnyController> make_controller<N>(const AnyVehicle& vehicle, con
 }
 template <> std::unique_ptr<AnyFlight> make_flight<N>(const FlightParts& parts) { return std::make_unique<CountedFlight>(parts); }
 
+template <>
+std::vector<double> cost_over_tilt<N>(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
+                                      const double* tilt, std::size_t tilts) {
+    const int n = vehicle.n_rotors;
+    const Allocator<double, N> allocator(Vehicle<double, N>(vehicle),
+                                         {cast<double, N>(weights.input, n), cast<double, N>(weights.input_change, n), weights.acceleration});
+    std::vector<double> cost(steps.size() * tilts);
+    Allocation<double, N> previous{};  // the search for the active bounds begins with none
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+        previous.command.thrust = cast<double, N>(steps[k].previous_thrust, n);
+        allocator.cost_over_tilt(steps[k].state, steps[k].acceleration, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
+    }
+    return cost;
+}
+
 }  // namespace omnimorph::python

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "omnimorph/rollout.hpp"
 
@@ -39,6 +40,13 @@ class AnyFlight {
     PerRotor<double, 0> thrust_min{}, thrust_max{};  // N, by the model
 };
 
+/// A control step whose least cost at several tilts is asked for.
+struct ControlStep {
+    Motion<double> state;
+    Vec6<double> acceleration;
+    PerRotor<double, 0> previous_thrust;
+};
+
 /// Everything a flight is made of. The reference and the recorded arrays must outlive the flight.
 struct FlightParts {
     PlantSettings<double, 0> plant;
@@ -54,5 +62,9 @@ struct FlightParts {
 template <int N>
 std::unique_ptr<AnyController> make_controller(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start);
 template <int N> std::unique_ptr<AnyFlight> make_flight(const FlightParts& parts);
+/// Row k holds the costs of step k at its own `tilts` angles, row k of `tilt`; the vehicle has one servo.
+template <int N>
+std::vector<double> cost_over_tilt(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
+                                   const double* tilt, std::size_t tilts);
 
 }  // namespace omnimorph::python

@@ -1,4 +1,4 @@
-// The paper's vehicle, its Case A and the 45 s flight, written out in C++ (the TOML files of the package say the same).
+// The paper's vehicle, its two cases and the 45 s flight, written out in C++ (the TOML files of the package say the same).
 #pragma once
 
 #include "omnimorph/rollout.hpp"
@@ -49,8 +49,17 @@ inline ControllerSettings<double, rotors> case_a(const Vehicle<double, rotors>& 
         s.weights.input_change[i] = 1e-5 / (c_f * c_f);
     }
     s.weights.acceleration = {{3e6, 3e6, 3e6, 1e3, 1e3, 1e3}};
-    s.rule = AllocationRule::three_candidates;
+    s.rule = AllocationRule::best_in_window;
+    s.candidates = 3;
     s.tilt_change = v.rate_max[0] * control_period;
+    return s;
+}
+
+/// Effort counts more, so that the cost decides on the tilt clearly.
+inline ControllerSettings<double, rotors> case_b(const Vehicle<double, rotors>& v, double control_period) {
+    ControllerSettings<double, rotors> s = case_a(v, control_period);
+    for (int i = 0; i < rotors; ++i) s.weights.input[i] *= 1e3;
+    s.weights.acceleration = {{3e4, 3e4, 3e4, 10, 10, 10}};
     return s;
 }
 

@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from omnimorph import analysis, textbook
-    from omnimorph.control.allocators import FixedTilt, ThreeCandidates
+    from omnimorph.control.allocators import ExhaustiveTilt, FixedTilt, ThreeCandidates
     from omnimorph.control.controller import PoseController
+    from omnimorph.control.tilt_cost import cost_over_tilt
     from omnimorph.control.tracking import TrackingGains
     from omnimorph.design.files import list_vehicles, load_vehicle
     from omnimorph.design.vehicle import Vehicle
@@ -39,6 +40,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Command": "protocols",
     "Desired": "protocols",
+    "ExhaustiveTilt": "control.allocators",
     "FixedTilt": "control.allocators",
     "InputError": "errors",
     "OmnimorphError": "errors",
@@ -57,6 +59,7 @@ _HOME = {
     "Vehicle": "design.vehicle",
     "allocation_matrix": "model.allocation",
     "analysis": "analysis",
+    "cost_over_tilt": "control.tilt_cost",
     "effects": "simulation.effects",
     "fly": "simulation.fly",
     "full_allocation_matrix": "model.allocation",
@@ -74,6 +77,7 @@ _MODULES = {"analysis", "effects", "textbook"}
 __all__ = [
     "Command",
     "Desired",
+    "ExhaustiveTilt",
     "FixedTilt",
     "InputError",
     "OmnimorphError",
@@ -93,6 +97,7 @@ __all__ = [
     "__version__",
     "allocation_matrix",
     "analysis",
+    "cost_over_tilt",
     "effects",
     "fly",
     "full_allocation_matrix",

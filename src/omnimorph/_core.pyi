@@ -60,10 +60,17 @@ class PlantSettings:
 
     def add_interference(self, blade_element: bool) -> None: ...
 
+class AllocationRule(enum.Enum):
+    FIXED_TILT = 0
+
+    BEST_IN_WINDOW = 1
+
+    TOWARDS_BEST_IN_RANGE = 2
+
 class ControllerSettings:
     pass
 
-def make_controller_settings(vehicle: Vehicle, *, velocity: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], attitude: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], acceleration: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], three_candidates: bool, tilt_change: float) -> ControllerSettings: ...
+def make_controller_settings(vehicle: Vehicle, *, velocity: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], attitude: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], acceleration: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rule: AllocationRule, tilt_change: float, candidates: int) -> ControllerSettings: ...
 
 class Allocation:
     @property
@@ -90,6 +97,8 @@ class Controller:
     def allocate(self, state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], acceleration: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> Allocation: ...
 
 def new_controller(vehicle: Vehicle, settings: ControllerSettings, thrust: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], tilt: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> Controller: ...
+
+def cost_over_tilt(vehicle: Vehicle, settings: ControllerSettings, states: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], accelerations: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], previous_thrusts: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], tilts: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]: ...
 
 def reference_acceleration(settings: ControllerSettings, state: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], desired: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]: ...
 

@@ -37,6 +37,26 @@ inline Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& state, 
     return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
 }
 
+/// Where the tilts lie that one control step tries: a step to either side of α⁻, or anywhere in the servo's limits.
+enum class TiltSpan { window, range };
+
+/// The tilts of a single servo that one control step tries, within its limits; number 0 is α⁻, so that a tie goes to it.
+template <class T> struct TiltCandidates {
+    TiltSpan span;
+    int spaced;           // how many are evenly spaced; in a window α⁻ is the middle one of them
+    T stay, change;       // α⁻, and ε, the most that the tilt may change
+    T low, high;
+
+    int count() const { return span == TiltSpan::window ? spaced : spaced + 1; }
+
+    T operator[](int k) const {
+        if (k == 0) return clamp(stay, low, high);
+        if (span == TiltSpan::range) return clamp(low + T(double(k - 1) / (spaced - 1)) * (high - low), low, high);
+        const int away = k % 2 == 1 ? -(k + 1) / 2 : k / 2;  // -1, 1, -2, 2 …: the nearest first
+        return clamp(stay + T(double(away) / (spaced / 2)) * change, low, high);
+    }
+};
+
 template <class T, int N> class Allocator {
   public:
     Allocator(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
@@ -61,19 +81,36 @@ template <class T, int N> class Allocator {
         return answer<T>(target, solve_at<T>(target, trig, previous), previous.command.tilt);
     }
 
-    /// The best of α⁻, α⁻ − ε, α⁻ + ε of a single servo, each within its limits; a tie goes to α⁻ (the paper's Sec. 3).
-    Allocation<T, N> best_of_three(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon) const {
+    /// The best of `candidates` tilts of a single servo from α⁻ − ε to α⁻ + ε; of three, this is the paper's rule (its Sec. 3).
+    Allocation<T, N> best_in_window(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon,
+                                    int candidates) const {
         const Target target(*this, state, acceleration);
-        const T stay = previous.command.tilt[0], low = vehicle_.angle_min[0], high = vehicle_.angle_max[0];
-        const T candidate[3] = {clamp(stay, low, high), clamp(stay - epsilon, low, high), clamp(stay + epsilon, low, high)};
-        if constexpr (lane_count<T> == 1) {
-            return best_in_lanes(target, candidate, previous);
-        } else {
-            return best_in_turn(target, candidate, previous);
+        return best_of(target, candidates_of(TiltSpan::window, candidates, previous, epsilon), previous);
+    }
+
+    /// From α⁻ by at most ε towards the best of α⁻ and `candidates` tilts over the whole range of a single servo.
+    Allocation<T, N> towards_best_in_range(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon,
+                                           int candidates) const {
+        const Target target(*this, state, acceleration);
+        const TiltCandidates<T> tried = candidates_of(TiltSpan::range, candidates, previous, epsilon);
+        const Allocation<T, N> aim = best_of(target, tried, previous);
+        const T tilt = clamp(aim.command.tilt[0], tried[0] - epsilon, tried[0] + epsilon);
+        const Mask<T> reached = tilt == aim.command.tilt[0];
+        return any(opposite(reached)) ? selected(reached, aim, at_tilt(target, tilt, previous)) : aim;
+    }
+
+    /// The least cost at each of `count` tilts of a single servo, four of them side by side (T is a scalar).
+    void cost_over_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T* tilt, int count, T* cost) const {
+        const Target target(*this, state, acceleration);
+        for (int k = 0; k < count; k += 4) {
+            const Solved<Lanes> solved = solve_at_angle(target, side_by_side(tilt, k, count), previous);
+            for (int lane = 0; lane < 4 && k + lane < count; ++lane) cost[k + lane] = solved.cost[lane];
         }
     }
 
   private:
+    using Lanes = Pack<Scalar<T>, 4>;  // candidates of one vehicle
+
     static PerRotor<T, N> thrust_scale(const Vehicle<T, N>& vehicle) {
         PerRotor<T, N> scale{};
         for (int i = 0; i < vehicle.n_rotors; ++i)
@@ -142,6 +179,13 @@ template <class T, int N> class Allocator {
         return s;
     }
 
+    /// The same at one angle, or a pack of angles, of a single servo.
+    template <class U> Solved<U> solve_at_angle(const Target& target, const U& angle, const Allocation<T, N>& previous) const {
+        PerServo<U> tilt;
+        tilt[0] = angle;
+        return solve_at<U>(target, trigonometry_of(tilt, 1), previous);
+    }
+
     /// G = C A(α) f_scale
     template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
         const Mat3<U> force_gain = cast<U>(target.force_gain);
@@ -167,49 +211,81 @@ template <class T, int N> class Allocator {
         return inputs + dot(miss, miss);
     }
 
-    /// The three candidates of one vehicle side by side in a register; the fourth lane repeats the first.
-    Allocation<T, N> best_in_lanes(const Target& target, const T (&candidate)[3], const Allocation<T, N>& previous) const {
-        using Lanes = Pack<T, 4>;
-        PerServo<Lanes> tilt;
-        tilt[0] = Lanes(candidate[0]);
-        for (int lane = 1; lane < 3; ++lane) tilt[0].set(lane, candidate[lane]);
-        const Solved<Lanes> solved = solve_at<Lanes>(target, trigonometry_of(tilt, 1), previous);
-        int best = 0;
-        for (int lane = 1; lane < 3; ++lane)
-            if (solved.cost[lane] < solved.cost[best]) best = lane;
-        Solved<T> one;
-        for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            one.qp.x[i] = solved.qp.x[i][best];
-            one.qp.active[i] = solved.qp.active[i][best];
-        }
-        one.qp.kkt_residual = solved.qp.kkt_residual[best];
-        one.cost = solved.cost[best];
-        PerServo<T> chosen;
-        chosen[0] = candidate[best];
-        return answer<T>(target, one, chosen);
+    TiltCandidates<T> candidates_of(TiltSpan span, int spaced, const Allocation<T, N>& previous, const T& epsilon) const {
+        return {span, spaced, previous.command.tilt[0], epsilon, vehicle_.angle_min[0], vehicle_.angle_max[0]};
     }
 
-    /// The three candidates of many vehicles, one after the other; each lane keeps its own best.
-    Allocation<T, N> best_in_turn(const Target& target, const T (&candidate)[3], const Allocation<T, N>& previous) const {
-        Allocation<T, N> best;
-        for (int k = 0; k < 3; ++k) {
-            PerServo<T> tilt;
-            tilt[0] = candidate[k];
-            const Allocation<T, N> next = answer<T>(target, solve_at<T>(target, trigonometry_of(tilt, 1), previous), tilt);
-            if (k == 0) {
-                best = next;
-                continue;
-            }
-            const Mask<T> better = next.cost < best.cost;
-            for (int i = 0; i < vehicle_.n_rotors; ++i) {
-                best.command.thrust[i] = select(better, next.command.thrust[i], best.command.thrust[i]);
-                best.active[i] = select(better, next.active[i], best.active[i]);
-            }
-            best.command.tilt[0] = select(better, next.command.tilt[0], best.command.tilt[0]);
-            best.kkt_residual = select(better, next.kkt_residual, best.kkt_residual);
-            best.cost = select(better, next.cost, best.cost);
+    Allocation<T, N> best_of(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+        if constexpr (lane_count<T> == 1) {
+            return best_in_lanes(target, candidates, previous);
+        } else {
+            return best_in_turn(target, candidates, previous);
+        }
+    }
+
+    /// Tilts k to k + 3 of one vehicle in a register; lanes beyond the last repeat the first.
+    template <class Tilts> static Lanes side_by_side(const Tilts& tilts, int k, int count) {
+        Lanes four(tilts[k]);
+        for (int lane = 1; lane < 4; ++lane) four.set(lane, k + lane < count ? tilts[k + lane] : four[0]);
+        return four;
+    }
+
+    /// The candidates of one vehicle, four at a time.
+    Allocation<T, N> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+        const int count = candidates.count();
+        Solved<T> best;
+        PerServo<T> chosen;
+        for (int k = 0; k < count; k += 4) {
+            const Lanes tilts = side_by_side(candidates, k, count);
+            const Solved<Lanes> solved = solve_at_angle(target, tilts, previous);
+            int cheapest = 0;
+            for (int lane = 1; lane < 4; ++lane)
+                if (solved.cost[lane] < solved.cost[cheapest]) cheapest = lane;
+            if (k > 0 && !(solved.cost[cheapest] < best.cost)) continue;
+            best = solved_in(solved, cheapest);
+            chosen[0] = tilts[cheapest];
+        }
+        return answer<T>(target, best, chosen);
+    }
+
+    Solved<T> solved_in(const Solved<Lanes>& solved, int lane) const {
+        Solved<T> one;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            one.qp.x[i] = solved.qp.x[i][lane];
+            one.qp.active[i] = solved.qp.active[i][lane];
+        }
+        one.qp.kkt_residual = solved.qp.kkt_residual[lane];
+        one.cost = solved.cost[lane];
+        return one;
+    }
+
+    /// The candidates of many vehicles, one after the other; each lane keeps its own best.
+    Allocation<T, N> best_in_turn(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+        Allocation<T, N> best = at_tilt(target, candidates[0], previous);
+        for (int k = 1; k < candidates.count(); ++k) {
+            const Allocation<T, N> next = at_tilt(target, candidates[k], previous);
+            best = selected(next.cost < best.cost, next, best);
         }
         return best;
+    }
+
+    Allocation<T, N> at_tilt(const Target& target, const T& angle, const Allocation<T, N>& previous) const {
+        PerServo<T> tilt;
+        tilt[0] = angle;
+        return answer<T>(target, solve_at_angle(target, angle, previous), tilt);
+    }
+
+    /// Lane by lane, one of two answers for a single servo to the same target.
+    Allocation<T, N> selected(const Mask<T>& mask, const Allocation<T, N>& yes, const Allocation<T, N>& no) const {
+        Allocation<T, N> out = no;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            out.command.thrust[i] = select(mask, yes.command.thrust[i], no.command.thrust[i]);
+            out.active[i] = select(mask, yes.active[i], no.active[i]);
+        }
+        out.command.tilt[0] = select(mask, yes.command.tilt[0], no.command.tilt[0]);
+        out.cost = select(mask, yes.cost, no.cost);
+        out.kkt_residual = select(mask, yes.kkt_residual, no.kkt_residual);
+        return out;
     }
 
     template <class U> Allocation<T, N> answer(const Target& target, const Solved<U>& solved, const PerServo<T>& tilt) const {

@@ -5,13 +5,14 @@
 
 namespace omnimorph {
 
-enum class AllocationRule { fixed_tilt, three_candidates };
+enum class AllocationRule { fixed_tilt, best_in_window, towards_best_in_range };
 
 template <class T, int N> struct ControllerSettings {
     TrackingGains<T> gains;
     AllocationWeights<T, N> weights;
     AllocationRule rule;
-    T tilt_change;  // epsilon: the servo's rate limit times the control period, rad
+    T tilt_change;   // epsilon: the servo's rate limit times the control period, rad
+    int candidates;  // tilts tried, an odd number; three in the window are the paper's
 
     ControllerSettings() = default;
     /// The same controller for another number type or rotor count.
@@ -19,7 +20,8 @@ template <class T, int N> struct ControllerSettings {
         : gains{cast<T>(o.gains.velocity), cast<T>(o.gains.position), cast<T>(o.gains.rate), cast<T>(o.gains.attitude)},
           weights{cast<T, N>(o.weights.input, n), cast<T, N>(o.weights.input_change, n), cast<T>(o.weights.acceleration)},
           rule(o.rule),
-          tilt_change(T(o.tilt_change)) {}
+          tilt_change(T(o.tilt_change)),
+          candidates(o.candidates) {}
 };
 
 template <class T, int N> class Controller {
@@ -39,9 +41,15 @@ template <class T, int N> class Controller {
     }
 
     const Allocation<T, N>& allocate(const Motion<T>& measured, const Vec6<T>& acceleration) {
-        last = settings_.rule == AllocationRule::three_candidates
-                   ? allocator_.best_of_three(measured, acceleration, last, settings_.tilt_change)
-                   : allocator_.at_fixed_tilt(measured, acceleration, last);
+        switch (settings_.rule) {
+            case AllocationRule::fixed_tilt: last = allocator_.at_fixed_tilt(measured, acceleration, last); break;
+            case AllocationRule::best_in_window:
+                last = allocator_.best_in_window(measured, acceleration, last, settings_.tilt_change, settings_.candidates);
+                break;
+            case AllocationRule::towards_best_in_range:
+                last = allocator_.towards_best_in_range(measured, acceleration, last, settings_.tilt_change, settings_.candidates);
+                break;
+        }
         return last;
     }
 

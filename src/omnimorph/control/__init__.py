@@ -1,1 +1,4 @@
-"""What to command: pose tracking (`tracking`), allocation (`allocators`), both (`controller`)."""
+"""What to command: pose tracking (`tracking`), allocation (`allocators`), both (`controller`).
+
+`tilt_cost` tells what an allocation costs at any tilt.
+"""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
-from omnimorph.design.records import Record, quantity
+from omnimorph.design.records import Record, choice, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 
-__all__ = ["AllocationRule", "FixedTilt", "ThreeCandidates"]
+__all__ = ["RULES", "AllocationRule", "ExhaustiveTilt", "FixedTilt", "Span", "ThreeCandidates"]
+
+Span = Literal["window", "range"]
 
 _WEIGHT = "a number, or one for each rotor, none negative"
 
@@ -73,3 +75,57 @@ class ThreeCandidates(AllocationRule):
     """
 
     kind: ClassVar[str] = "three-candidates"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExhaustiveTilt(AllocationRule):
+    """For one servo, the best of many tilts: the search that the paper leaves for future work.
+
+    In a ``window``, `candidates` tilts evenly spaced from α⁻ − ε to α⁻ + ε, each held within the
+    servo's limits, are tried and the cheapest is commanded; three of them are `ThreeCandidates`.
+
+    Over the ``range``, α⁻ and `candidates` tilts evenly spaced from the servo's least to its
+    largest angle are tried; the tilt goes from α⁻ towards the cheapest, by at most ε, and the
+    thrusts are the best at the tilt it comes to. The cost there may be above that at α⁻, if the way
+    to the cheapest tilt leads over a hill.
+
+    ε is the servo's rate limit times the control period. A tie goes to α⁻ in both, so that a tilt
+    that gains nothing does not move.
+
+    Attributes
+    ----------
+    span : "window" or "range"
+        Where the tilts lie that are tried.
+    candidates : int
+        How many of them are evenly spaced: odd, so that α⁻ is the middle of a window, and from 3
+        to 361. The time a control step takes grows with them: four cost little more than one.
+
+    Raises
+    ------
+    ScenarioError
+        If a field is not allowed.
+
+    Examples
+    --------
+    OmniMorph's servo turns by 0.4° in a control step of 4 ms, so with five candidates the tilts
+    tried from 30° are 29.6°, 29.8°, 30°, 30.2° and 30.4°:
+
+    >>> ExhaustiveTilt(
+    ...     span="window",
+    ...     candidates=5,
+    ...     W1=0.0,
+    ...     W2_position=(3e4, 3e4, 3e4),
+    ...     W2_attitude=(10.0, 10.0, 10.0),
+    ...     W3=6e-9,
+    ... ).as_file()["candidates"]
+    5
+    """
+
+    kind: ClassVar[str] = "exhaustive-tilt"
+
+    span: Span = choice(("window", "range"), '"window" or "range"')
+    candidates: int = choice(range(3, 362, 2), "an odd whole number from 3 to 361")
+
+
+RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, FixedTilt)
+"""Every rule that a scenario file may name."""

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.control.allocators import AllocationRule, ThreeCandidates
+from omnimorph.control.allocators import AllocationRule, ExhaustiveTilt, Span, ThreeCandidates
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -21,13 +21,19 @@ if TYPE_CHECKING:
 
 __all__ = ["PoseController", "core_settings"]
 
+_SPANS: dict[Span, _core.AllocationRule] = {
+    "window": _core.AllocationRule.BEST_IN_WINDOW,
+    "range": _core.AllocationRule.TOWARDS_BEST_IN_RANGE,
+}
+
 
 def core_settings(
     vehicle: Vehicle, gains: TrackingGains, rule: AllocationRule, control_period: float
 ) -> _core.ControllerSettings:
     """Return the core's settings of a controller; refuses a rule that does not fit the vehicle."""
-    three = isinstance(rule, ThreeCandidates)
-    if three and vehicle.n_servos != 1:
+    core_rule, candidates = _tilts_tried(rule)
+    searches = core_rule != _core.AllocationRule.FIXED_TILT
+    if searches and vehicle.n_servos != 1:
         allowed = "a rule for any number of servos, such as fixed-tilt"
         place = f"vehicle {vehicle.name} with {vehicle.n_servos} servos"
         raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
@@ -47,9 +53,19 @@ def core_settings(
         input=input_weight,
         input_change=change_weight,
         acceleration=np.array([*rule.W2_position, *rule.W2_attitude]),
-        three_candidates=three,
-        tilt_change=float(vehicle.servo_rate_max[0] * control_period) if three else 0.0,
+        rule=core_rule,
+        tilt_change=float(vehicle.servo_rate_max[0] * control_period) if searches else 0.0,
+        candidates=candidates,
     )
+
+
+def _tilts_tried(rule: AllocationRule) -> tuple[_core.AllocationRule, int]:
+    """Return the core's name of a rule and how many tilts it tries: the paper's are three."""
+    if isinstance(rule, ThreeCandidates):
+        return _core.AllocationRule.BEST_IN_WINDOW, 3
+    if isinstance(rule, ExhaustiveTilt):
+        return _SPANS[rule.span], rule.candidates
+    return _core.AllocationRule.FIXED_TILT, 1
 
 
 def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:

@@ -54,7 +54,7 @@ WRONG_CONTROLLER = [
     ("= 300.0", "= [1.0, 2.0]", "controller.position_per_s2", "or three (x, y, z)"),
     ("= 300.0", "= inf", "controller.position_per_s2", "is inf, but it must be one number"),
     ("position_per_s2", "position", "controller.position", "did you mean position_per_s2"),
-    ('"three-candidates"', '"two"', "controller.allocator.kind", "three-candidates, fixed-tilt"),
+    ('"three-candidates"', '"two"', "controller.allocator.kind", "exhaustive-tilt, fixed-tilt"),
     (
         'kind = "three-candidates"',
         "",
@@ -73,6 +73,20 @@ WRONG_CONTROLLER = [
     ),
     ("[3e6, 3e6, 3e6]", "3e6", "controller.allocator.W2_position_s4_per_m2", "three numbers"),
     ("[1e3, 1e3, 1e3]", "[1e3]", "controller.allocator.W2_attitude_s4_per_rad2", "three numbers"),
+]
+EXHAUSTIVE = 'kind = "exhaustive-tilt"\nspan = "range"\ncandidates = 61'
+ODD = "an odd whole number from 3 to 361"
+WRONG_SEARCH = [
+    ('"range"', '"wide"', "span", 'is "wide", but it must be "window" or "range"'),
+    ('"range"', "3", "span", 'is 3, but it must be "window" or "range"'),
+    ('span = "range"', "", "span", 'is missing, but it must be "window" or "range"'),
+    ("= 61", "= 4", "candidates", f"is 4, but it must be {ODD}"),
+    ("= 61", "= 1", "candidates", f"is 1, but it must be {ODD}"),
+    ("= 61", "= 1000", "candidates", f"is 1000, but it must be {ODD}"),
+    ("= 61", "= 61.0", "candidates", f"is 61.0, but it must be {ODD}"),
+    ("= 61", "= true", "candidates", f"is true, but it must be {ODD}"),
+    ("candidates = 61", "", "candidates", f"is missing, but it must be {ODD}"),
+    ("candidates", "candidate", "candidate", "did you mean candidates"),
 ]
 WRONG_SEGMENTS = [
     ('"segments"', '"segment"', "reference.kind", "one of segments, waypoints, samples"),
@@ -123,6 +137,27 @@ def test_wrong_scenario_is_refused_in_one_sentence(
     error = refusal(tmp_path, TOP + text if in_reference else text)
     assert error.key == key
     assert allowed in str(error)
+
+
+@pytest.mark.parametrize(("old", "new", "key", "allowed"), WRONG_SEARCH)
+def test_wrong_search_of_the_tilt_is_refused(
+    tmp_path: Path, old: str, new: str, key: str, allowed: str
+) -> None:
+    rule = changed(EXHAUSTIVE, old, new)
+    error = refusal(tmp_path, changed(TOP, 'kind = "three-candidates"', rule) + SEGMENTS)
+    assert error.key == f"controller.allocator.{key}"
+    assert allowed in str(error)
+
+
+def test_exhaustive_tilt_is_read_as_it_is_written(tmp_path: Path) -> None:
+    scenario = load(tmp_path, changed(TOP, 'kind = "three-candidates"', EXHAUSTIVE) + SEGMENTS)
+    rule = scenario.allocator
+    assert isinstance(rule, om.ExhaustiveTilt)
+    assert (rule.span, rule.candidates) == ("range", 61)
+    content = scenario.as_file()["controller"]["allocator"]
+    assert content["kind"] == "exhaustive-tilt"
+    assert (content["span"], content["candidates"]) == ("range", 61)
+    assert content["W1_per_Hz4"] == pytest.approx(1e-8)
 
 
 @pytest.mark.parametrize(("quaternion", "allowed"), WRONG_QUATERNIONS)

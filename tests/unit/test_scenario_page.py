@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import omnimorph as om
-from omnimorph.control.allocators import FixedTilt, ThreeCandidates
+from omnimorph.control.allocators import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.records import Record, file_model
 from omnimorph.design.schema import Table
@@ -41,8 +41,8 @@ def keys_in_file(record: type[Record]) -> set[str]:
 
 
 def test_the_page_is_one_page_of_complete_samples() -> None:
-    assert len(SAMPLES) == PAGE.count("```toml") == 3
-    assert len(PAGE.splitlines()) <= 150
+    assert len(SAMPLES) == PAGE.count("```toml") == 4
+    assert len(PAGE.splitlines()) <= 170
     assert len(POSES) == 1
     kinds = {tomllib.loads(text).get("reference", {}).get("kind") for text in SAMPLES.values()}
     assert kinds >= {"segments", "waypoints", "samples"}
@@ -62,6 +62,9 @@ def test_what_the_samples_say_is_flown(folder: Path) -> None:
     fixed = om.load_scenario(folder / "fixed-tilt.toml")
     assert fixed.allocator.kind == "fixed-tilt"
     assert fixed.reference.duration == 2.0
+    exhaustive = om.load_scenario(folder / "exhaustive.toml").allocator
+    assert isinstance(exhaustive, om.ExhaustiveTilt)
+    assert (exhaustive.span, exhaustive.candidates) == ("range", 61)
     pushed = om.load_scenario(folder / "pushed.toml")
     assert [effect.kind for effect in pushed.plant.effects] == ["rotor-lag", "sine-wrench"]
     assert pushed.reference.duration == 2.0
@@ -105,7 +108,7 @@ def test_row_of_an_effect_names_its_keys(effect: type[Effect]) -> None:
     assert what_it_does.strip()
 
 
-@pytest.mark.parametrize("record", [TrackingGains, ThreeCandidates, FixedTilt])
+@pytest.mark.parametrize("record", [TrackingGains, *RULES])
 def test_keys_of_the_controller_are_named(record: type[Record]) -> None:
     assert keys_in_file(record) - NAMED == set()
 
@@ -129,6 +132,6 @@ def test_keys_of_a_table_are_named(table: type[Table]) -> None:
 
 
 def test_names_a_file_may_use_are_named() -> None:
-    kinds = {ThreeCandidates.kind, FixedTilt.kind, "segments", "waypoints", "samples"}
+    kinds = {*(rule.kind for rule in RULES), "segments", "waypoints", "samples"}
     assert {*kinds, *INTEGRATORS, *list_plants()} - NAMED == set()
     assert {*POSE_COLUMNS, *QUATERNION_COLUMNS} - NAMED == set()

@@ -32,7 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from omnimorph.control.allocators import AllocationRule, FixedTilt, ThreeCandidates
+from omnimorph.control.allocators import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
     catalogue_names,
@@ -56,7 +56,7 @@ __all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
 
 Document = dict[str, Any]
 Built = TypeVar("Built")
-_RULES: dict[str, type[AllocationRule]] = {rule.kind: rule for rule in (ThreeCandidates, FixedTilt)}
+_RULES = {rule.kind: rule for rule in RULES}
 _EFFECTS = {effect.kind: effect for effect in EFFECTS}
 _MOST_BASES = 8
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag
 
-from omnimorph.control.allocators import FixedTilt, ThreeCandidates
+from omnimorph.control.allocators import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.records import file_model
 from omnimorph.design.schema import Number, Table, Vector
@@ -46,7 +46,7 @@ else:
         reduce(or_, [file_model(effect) for effect in EFFECTS]), Field(discriminator="kind")
     ]
     AnyRule = Annotated[
-        file_model(ThreeCandidates) | file_model(FixedTilt), Field(discriminator="kind")
+        reduce(or_, [file_model(rule) for rule in RULES]), Field(discriminator="kind")
     ]
     ControllerTable = file_model(
         TrackingGains,

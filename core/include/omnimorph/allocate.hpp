@@ -233,30 +233,29 @@ template <class T, int N> class Allocator {
     /// The candidates of one vehicle, four at a time.
     Allocation<T, N> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
         const int count = candidates.count();
-        Solved<T> best;
-        PerServo<T> chosen;
-        for (int k = 0; k < count; k += 4) {
-            const Lanes tilts = side_by_side(candidates, k, count);
-            const Solved<Lanes> solved = solve_at_angle(target, tilts, previous);
-            int cheapest = 0;
-            for (int lane = 1; lane < 4; ++lane)
-                if (solved.cost[lane] < solved.cost[cheapest]) cheapest = lane;
-            if (k > 0 && !(solved.cost[cheapest] < best.cost)) continue;
-            best = solved_in(solved, cheapest);
-            chosen[0] = tilts[cheapest];
+        Allocation<T, N> best = best_of_four(target, side_by_side(candidates, 0, count), previous);
+        for (int k = 4; k < count; k += 4) {
+            const Allocation<T, N> next = best_of_four(target, side_by_side(candidates, k, count), previous);
+            if (next.cost < best.cost) best = next;
         }
-        return answer<T>(target, best, chosen);
+        return best;
     }
 
-    Solved<T> solved_in(const Solved<Lanes>& solved, int lane) const {
+    Allocation<T, N> best_of_four(const Target& target, const Lanes& tilts, const Allocation<T, N>& previous) const {
+        const Solved<Lanes> solved = solve_at_angle(target, tilts, previous);
+        int best = 0;
+        for (int lane = 1; lane < 4; ++lane)
+            if (solved.cost[lane] < solved.cost[best]) best = lane;
         Solved<T> one;
         for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            one.qp.x[i] = solved.qp.x[i][lane];
-            one.qp.active[i] = solved.qp.active[i][lane];
+            one.qp.x[i] = solved.qp.x[i][best];
+            one.qp.active[i] = solved.qp.active[i][best];
         }
-        one.qp.kkt_residual = solved.qp.kkt_residual[lane];
-        one.cost = solved.cost[lane];
-        return one;
+        one.qp.kkt_residual = solved.qp.kkt_residual[best];
+        one.cost = solved.cost[best];
+        PerServo<T> chosen;
+        chosen[0] = tilts[best];
+        return answer<T>(target, one, chosen);
     }
 
     /// The candidates of many vehicles, one after the other; each lane keeps its own best.

@@ -11,6 +11,8 @@ import pytest
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
+from omnimorph.studies.reproduction.paper import printed_matrix
+from omnimorph.studies.reproduction.printed_matrix import factors_of
 
 VEHICLE = om.load_vehicle("omnimorph")
 HALF_EDGE = 0.1062
@@ -39,23 +41,11 @@ VERTICES = np.array(
 def printed(tilt: float) -> FloatArray:
     """The first eight columns of F as the paper prints them, c_f taken out."""
     s, c, L, k = math.sin(tilt), math.cos(tilt), HALF_EDGE, KAPPA
-    upper = [
-        [-s, 0, s, 0],
-        [0, s, -s, 0],
-        [c, c, c, c],
-        [L * c - k * s, L * c + L * s, k * s - L * c, -L * c - L * s],
-        [-L * c - L * s, L * c + k * s, L * c + L * s, -L * c - k * s],
-        [L * s + k * c, L * s - k * c, L * s + k * c, L * s - k * c],
-    ]
-    lower = [
-        [s, 0, 0, -s],
-        [0, -s, s, 0],
-        [c, c, c, c],
-        [L * c + k * s, -L * c - L * s, -L * c + L * s, -L * c - k * s],
-        [-L * c - L * s, k * s - L * c, L * c - k * s, L * c + L * s],
-        [k * c - L * s, -L * s - k * c, -L * s - k * c, k * c - L * s],
-    ]
-    return np.hstack([upper, lower])
+    worth = {"s": s, "c": c, "Ls": L * s, "Lc": L * c, "ks": k * s, "kc": k * c}
+    rows = [[factors_of(entry) for entry in row] for row in printed_matrix()]
+    return np.array(
+        [[sum(worth[name] * n for name, n in one.items()) for one in row] for row in rows]
+    )
 
 
 def hub_of(force: FloatArray, torque: FloatArray, spin: float) -> FloatArray:

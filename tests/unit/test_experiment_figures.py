@@ -66,13 +66,15 @@ def xy(line: Any) -> FloatArray:
 
 
 def marks_of(panel: Axes, mark: str, colour: str) -> FloatArray:
-    """Return where single marks of a kind and colour are, (K, 2), in the order of drawing."""
+    """Return where unconnected marks of a kind and colour are, (K, 2), in the order of drawing."""
     found = [
-        xy(line)[0]
+        xy(line)
         for line in panel.lines
-        if line.get_marker() == mark and line.get_color() == colour and len(xy(line)) == 1
+        if line.get_marker() == mark
+        and line.get_color() == colour
+        and (line.get_linestyle() == "None" or len(xy(line)) == 1)
     ]
-    return np.array(found).reshape(-1, 2)
+    return np.concatenate([np.empty((0, 2)), *found])
 
 
 # --- what all have in common ----------------------------------------------------------------------
@@ -131,9 +133,16 @@ def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) 
             np.testing.assert_allclose(drawn[:, 0], [v.mean() for _, v in flown], rtol=1e-12)
             at = [names[round(y)] for y in drawn[:, 1]]
             assert at == [row.label for row, _ in flown]
-            ranges = [xy(line)[:, 0] for line in axis.lines if line.get_alpha() == 0.4]
-            for _, v in flown:
-                assert any(np.array_equal(one, [v.min(), v.max()]) for one in ranges)
+            ranges = np.concatenate(
+                [
+                    xy(line)[:, 0].reshape(-1, 3)
+                    for line in axis.lines
+                    if line.get_alpha() == 0.4 and line.get_color() == look.colour
+                ]
+                or [np.empty((0, 3))]
+            )
+            assert np.isnan(ranges[:, 2]).all(), "the pen is lifted between rows"
+            assert ranges[:, :2].tolist() == [[v.min(), v.max()] for _, v in flown]
 
 
 def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> None:

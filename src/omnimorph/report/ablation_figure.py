@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimorph.protocols import FloatArray
 from omnimorph.report.style import Look, legend_above, new_figure, styled
 from omnimorph.report.tables import number
 
@@ -91,8 +92,9 @@ def ablation(
     for axis, panel in zip(axes[0], panels, strict=True):
         _shade(axis, levels)
         _limit(axis, panel, rows)
-        for row, level in zip(rows, levels, strict=True):
-            _draw_row(axis, row.values.get(panel.measure, {}), level, looks)
+        for k, (case, look) in enumerate(looks.items()):
+            ys = np.asarray(levels) + _APART * (k - 0.5 * (len(looks) - 1))
+            _draw_case(axis, case, look, panel.measure, rows, ys)
         _draw_paper(axis, panel, looks)
         axis.set_xlabel(panel.title)
         axis.set_title(panel.title, fontsize=8.5, pad=4.0 + _LINE * reported)
@@ -125,21 +127,25 @@ def _shade(axis: Axes, levels: Sequence[int]) -> None:
         axis.axhspan(level - 0.5, level + 0.5, color="#f4f4f4", zorder=0, linewidth=0)
 
 
-def _draw_row(
-    axis: Axes, cases: Mapping[str, Sequence[float]], level: float, looks: Mapping[str, Look]
+def _draw_case(
+    axis: Axes, case: str, look: Look, measure: str, rows: Sequence[AblationRow], ys: FloatArray
 ) -> None:
-    drawn = [case for case in looks if case in cases]
-    for k, case in enumerate(drawn):
-        look, values = looks[case], np.asarray(cases[case], dtype=np.float64)
-        y = level + _APART * (k - 0.5 * (len(drawn) - 1))
+    """Draw one case of a panel at the heights of its rows, few artists for all of them."""
+    dots, ranges, lost = [], [], []
+    for row, y in zip(rows, ys.tolist(), strict=True):
+        values = np.asarray(row.values.get(measure, {}).get(case, ()), dtype=np.float64)
         flown = values[np.isfinite(values)]
         if len(flown):
-            ends = [flown.min(), flown.max()]
-            axis.plot(ends, [y, y], color=look.colour, linewidth=2.6, alpha=0.4, zorder=3)
-            axis.plot([flown.mean()], [y], look.mark, color=look.colour, **_DOT)
+            dots.append([flown.mean(), y])
+            ranges += [[flown.min(), y], [flown.max(), y], [math.nan, y]]
         if len(flown) < len(values):
-            edge: dict[str, Any] = {"transform": axis.get_yaxis_transform(), "zorder": 5}
-            axis.plot([0.97], [y], "x", color=look.colour, **_LOST, **edge)
+            lost.append([0.97, y])
+    if dots:
+        axis.plot(*np.transpose(ranges), color=look.colour, linewidth=2.6, alpha=0.4, zorder=3)
+        axis.plot(*np.transpose(dots), look.mark, color=look.colour, **_DOT)
+    if lost:
+        edge: dict[str, Any] = {"transform": axis.get_yaxis_transform(), "zorder": 5}
+        axis.plot(*np.transpose(lost), "x", color=look.colour, **_LOST, **edge)
 
 
 def _limit(axis: Axes, panel: AblationPanel, rows: Sequence[AblationRow]) -> None:
@@ -154,7 +160,7 @@ def _limit(axis: Axes, panel: AblationPanel, rows: Sequence[AblationRow]) -> Non
     if not panel.logarithmic:
         room = (high - low) or 1.0
         axis.set_xlim(low - 0.06 * room, high + 0.12 * room)
-        axis.locator_params(axis="x", nbins=4)
+        axis.locator_params(axis="x", nbins=3)
         return
     decades = math.log10(high / low) or 1.0
     axis.set_xscale("log")

@@ -83,27 +83,28 @@ class FrontierPanel:
 def frontier(panels: Sequence[FrontierPanel], dead_rotor: Sequence[Survival] = ()) -> Figure:
     """Draw the share of flights that survive (%) over the thrust lost (%), a panel a kind of loss.
 
-    Marks are where flights were flown, bars their confidence intervals. Below, if it was flown, the
-    share that survives the death of one rotor, for each rotor.
+    Panels stand in rows of two. Marks are where flights were flown, bars their confidence
+    intervals. Below, if it was flown, the share that survives the death of one rotor, for each.
     """
     from matplotlib.gridspec import GridSpec
 
-    rows = 2 if dead_rotor else 1
-    figure = new_figure(3.3 + 1.7 * (rows - 1), 0)[0]
-    grid = GridSpec(rows, len(panels), figure=figure, height_ratios=[1.6, 1.0][:rows])
+    columns, rows = min(len(panels), 2), -(-len(panels) // 2)
+    heights = rows * [1.6] + ([1.0] if dead_rotor else [])
+    figure = new_figure(0.6 + 1.7 * sum(heights), 0)[0]
+    grid = GridSpec(len(heights), columns, figure=figure, height_ratios=heights)
     drawn: list[Axes] = []
     for i, panel in enumerate(panels):
-        axis = figure.add_subplot(grid[0, i])
+        axis = figure.add_subplot(grid[i // 2, i % 2])
         _draw_panel(axis, panel)
-        axis.tick_params(labelleft=i == 0)
+        axis.tick_params(labelleft=i % 2 == 0)
         drawn.append(axis)
     if dead_rotor:
-        drawn.append(figure.add_subplot(grid[1, :]))
+        drawn.append(figure.add_subplot(grid[-1, :]))
         _draw_dead_rotor(drawn[-1], dead_rotor)
     for axis in drawn:
         axis.set_ylim(-5.0, 105.0)
         axis.set_yticks([0, 25, 50, 75, 100])
-    for axis in (drawn[0], *drawn[len(panels) :]):
+    for axis in (*drawn[: len(panels) : 2], *drawn[len(panels) :]):
         axis.set_ylabel("flights that survive (%)")
     legend_above(figure, *legend_entries(drawn), columns=2)
     return figure
@@ -119,7 +120,7 @@ def _draw_panel(axis: Axes, panel: FrontierPanel) -> None:
         words: dict[str, Any] = {"rotation": 90.0, "ha": align, "va": "center", "bbox": VEIL}
         at: dict[str, Any] = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axis.annotate(limit.label, (100.0 * limit.loss, 0.5), (side, 0.0), **words, **at)
-    axis.margins(x=0.06)
+    axis.margins(x=0.08)
     axis.set_title(panel.title, loc="left")
     axis.set_xlabel("thrust lost (%)")
 

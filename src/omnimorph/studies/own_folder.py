@@ -10,10 +10,13 @@ from pathlib import Path
 
 from omnimorph.errors import InputError
 from omnimorph.results.folder import is_left_over, staged
+from omnimorph.studies.flight_log import is_flight_log
 
-__all__ = ["own_folder"]
+__all__ = ["FLIGHTS", "check_own", "own_folder"]
 
 _MARK = "results.json"
+FLIGHTS = "flights.jsonl"
+"""Name of the log of finished flights, which a study that was interrupted leaves behind."""
 
 
 @contextmanager
@@ -36,20 +39,30 @@ def own_folder(out: Path, schema: str) -> Iterator[Path]:
     InputError
         If `out` is not such a folder, or cannot be written to.
     """
-    _check(out, schema)
+    check_own(out, schema)
     with staged(out, first=_MARK) as part:
         yield part
 
 
-def _check(out: Path, schema: str) -> None:
-    """Refuse what is no folder, and a folder with files that are not ours."""
+def check_own(out: Path, schema: str) -> None:
+    """Refuse what is no folder, and a folder with files that are not ours.
+
+    Ours is what holds results of the schema, or nothing but a log of flights.
+
+    Raises
+    ------
+    InputError
+        If `out` is something else.
+    """
     if not os.path.lexists(out):
         return
     if not out.is_dir():
         sentence = f"{out}: it is not a folder; give a new or an empty one."
         raise InputError(sentence, file=str(out))
-    others = [path for path in out.iterdir() if not is_left_over(path)]
-    if others and _schema_of(out / _MARK) != schema:
+    log = out / FLIGHTS
+    others = {path for path in out.iterdir() if not is_left_over(path)}
+    unfinished = others == {log} and is_flight_log(log)
+    if others and not unfinished and _schema_of(out / _MARK) != schema:
         sentence = (
             f"{out}: the folder is not empty and not one of ours; give a new or an empty one."
         )

@@ -1,0 +1,224 @@
+"""The paper's flights with less thrust than the controller believes in, and how far it goes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import load_scenario
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.many_flights import Job
+from omnimorph.studies.reproduction import paper
+from omnimorph.studies.reproduction.flights import A
+from omnimorph.studies.reproduction.frontier import (
+    Frontier,
+    PhysicalLimits,
+    count_frontiers,
+    fly_dead_rotors,
+    search_frontiers,
+)
+from omnimorph.studies.reproduction.lost_thrust import (
+    NOT_LOST,
+    POSE_KEPT,
+    Share,
+    count_met,
+    degrade,
+    speed_limits,
+    with_speed_limit,
+)
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.spread import share_interval, spread_of
+from omnimorph.studies.reproduction.verdicts import Judged, Verdict
+from omnimorph.units import from_SI
+
+__all__ = ["Degraded", "PaperLoss", "count_degraded", "fly_degraded", "paper_loss"]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaperLoss:
+    """One of the losses the paper flies.
+
+    Attributes
+    ----------
+    key : str
+        The claim about it.
+    scenario : str
+    loss : float
+        Share of the thrust.
+    speed_limit : float, rad/s
+    flown : list of Flown
+        One for each seed.
+    """
+
+    key: str
+    scenario: str
+    loss: float
+    speed_limit: float
+    flown: list[Flown]
+
+    def share(self, criterion: str) -> Share:
+        """Return how many flights met a criterion, of how many."""
+        return count_met(self.flown, criterion)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Degraded:
+    """What came of all flights with less thrust.
+
+    Attributes
+    ----------
+    losses : list of PaperLoss
+    frontiers : list of Frontier
+    dead : mapping of (scenario name, criterion) to list of (met it, flown)
+        One rotor gives no thrust at all; one entry a rotor.
+    judged : list of Judged
+    """
+
+    losses: list[PaperLoss]
+    frontiers: list[Frontier]
+    dead: Mapping[tuple[str, str], list[Share]]
+    judged: list[Judged]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``results.json`` holds of it."""
+        return {
+            "losses": [
+                {
+                    "scenario": one.scenario,
+                    "loss": one.loss,
+                    "speed_limit_Hz": from_SI(one.speed_limit, "Hz"),
+                    "not_lost": list(one.share(NOT_LOST)),
+                    "pose_kept": list(one.share(POSE_KEPT)),
+                    "position_error_mean_m": spread_of(
+                        one.flown, "position_error_mean_m"
+                    )._asdict(),
+                    "attitude_error_paper": spread_of(one.flown, "attitude_error_paper")._asdict(),
+                }
+                for one in self.losses
+            ],
+            "frontiers": [
+                {
+                    "scenario": one.scenario,
+                    "kind": one.kind,
+                    "criterion": one.criterion,
+                    "speed_limit_Hz": from_SI(one.speed_limit, "Hz"),
+                    "survived": [[loss, *one.survived[loss]] for loss in sorted(one.survived)],
+                    "bracket": list(one.bracket),
+                    "physical_limit": one.physical_limit,
+                }
+                for one in self.frontiers
+            ],
+            "dead_rotor": [
+                {"scenario": name, "criterion": criterion, "shares": [list(row) for row in rows]}
+                for (name, criterion), rows in self.dead.items()
+            ],
+        }
+
+
+def count_degraded(plan: Plan) -> int:
+    """Return how many flights `fly_degraded` hands out."""
+    limits = len(speed_limits(load_scenario(A).vehicle))
+    return limits * len(_PAPER_KEYS) * len(plan.seeds) + count_frontiers(plan)
+
+
+def fly_degraded(plan: Plan, fly_jobs: FlyJobs, physical: PhysicalLimits) -> Degraded:
+    """Fly the paper's losses, search the largest that each case survives, stop single rotors."""
+    losses = _fly_paper_losses(plan, fly_jobs)
+    return Degraded(
+        losses=losses,
+        frontiers=search_frontiers(plan, fly_jobs, physical),
+        dead=fly_dead_rotors(plan, fly_jobs),
+        judged=_judge(losses),
+    )
+
+
+# --- the paper's losses ---------------------------------------------------------------------------
+
+_PAPER_KEYS = ("a_survives", "b_fails", "b_survives")
+
+
+def paper_loss(key: str, speed_limit: float | None = None) -> Scenario:
+    """Return what the paper flew for a claim, at the vehicle's limit of speed or another, rad/s."""
+    about = paper.claims()[key].about
+    scenario = load_scenario(about["scenario"])
+    limit = speed_limits(scenario.vehicle)[0] if speed_limit is None else speed_limit
+    return degrade(with_speed_limit(scenario, limit), about["loss_percent"] / 100.0)
+
+
+def _fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
+    limits = speed_limits(load_scenario(A).vehicle)
+    rows = [(key, limit) for key in _PAPER_KEYS for limit in limits]
+    jobs = [Job(paper_loss(key, limit), seed) for key, limit in rows for seed in plan.seeds]
+    flown, k = fly_jobs(jobs, "the paper's losses of thrust"), len(plan.seeds)
+    return [
+        PaperLoss(
+            key=key,
+            scenario=paper.claims()[key].about["scenario"],
+            loss=paper.claims()[key].about["loss_percent"] / 100.0,
+            speed_limit=limit,
+            flown=flown[i * k : (i + 1) * k],
+        )
+        for i, (key, limit) in enumerate(rows)
+    ]
+
+
+def _judge(losses: list[PaperLoss]) -> list[Judged]:
+    return [*(_judge_loss(key, losses) for key in _PAPER_KEYS), _judge_most_affected(losses)]
+
+
+def _judge_loss(key: str, losses: list[PaperLoss]) -> Judged:
+    """Judge whether a case survives; the paper's limit of thrust is not known, so two are flown."""
+    claim = paper.claims()[key]
+    rows = sorted((one for one in losses if one.key == key), key=lambda one: one.speed_limit)
+    found = "; ".join(_shares_in_words(one) for one in rows)
+    limits = [f"±{from_SI(one.speed_limit, 'Hz'):.0f} Hz" for one in rows]
+    answers = [_holds(one, fails=key == "b_fails") for one in rows]
+    if all(answers):
+        verdict, why = Verdict.PREDICTED, "It holds at either limit of the rotors' speed."
+    elif True in answers:
+        where = limits[answers.index(True)]
+        verdict = Verdict.CONJECTURED
+        why = f"It holds if the rotors may turn at {where}; the paper does not say."
+    elif None in answers:
+        where = limits[answers.index(None)]
+        verdict = Verdict.ASSUMED
+        why = f"At {where} chance decides whether a flight is lost; the paper flew one."
+    else:
+        verdict, why = Verdict.CONTRADICTED, "It holds at neither limit of the rotors' speed."
+    return Judged(claim=claim, found=found, verdict=verdict, why=why, command="omnimorph reproduce")
+
+
+def _holds(one: PaperLoss, *, fails: bool) -> bool | None:
+    """Tell whether most flights fail, or survive; None where the seeds do not settle it."""
+    low, high = share_interval(*one.share(NOT_LOST))
+    if low <= 0.5 <= high:
+        return None
+    return (high < 0.5) == fails
+
+
+def _shares_in_words(one: PaperLoss) -> str:
+    not_lost, kept = (one.share(criterion).met for criterion in (NOT_LOST, POSE_KEPT))
+    limit = from_SI(one.speed_limit, "Hz")
+    return f"at ±{limit:.0f} Hz {not_lost} of {len(one.flown)} are not lost, {kept} keep the pose"
+
+
+def _judge_most_affected(losses: list[PaperLoss]) -> Judged:
+    """Tell both errors where the vehicle survives."""
+    held = [one for one in losses if one.share(NOT_LOST).at_least_half]
+    position, attitude = (
+        float(np.mean([spread_of(one.flown, metric).mean for one in held])) if held else np.nan
+        for metric in ("position_error_mean_m", "attitude_error_paper")
+    )
+    found = f"where it survives, {1e3 * position:.1f} mm and ‖e_R‖ {attitude:.3f} on average"
+    return Judged(
+        claim=paper.claims()["position_most_affected"],
+        found=found,
+        verdict=Verdict.ASSUMED,
+        why="Lengths and angles have no common measure; against the paper's own errors it would "
+        "depend on what made those.",
+        command="omnimorph reproduce",
+    )

@@ -1,0 +1,212 @@
+"""The paper's flights: every scenario over the seeds, in both plants, and what it says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from omnimorph.protocols import FloatArray
+from omnimorph.reference.pose_only import PoseOnly
+from omnimorph.reference.samples import SampledReference
+from omnimorph.reference.segments import SegmentReference
+from omnimorph.results.measures import MEASURES
+from omnimorph.results.run import Run
+from omnimorph.simulation.effects import Interference, MeasurementNoise
+from omnimorph.simulation.plant import PlantModel
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import load_plant, load_scenario
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.many_flights import Job, fly_runs
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.spread import spread_of
+
+__all__ = [
+    "A",
+    "B",
+    "FIXED_A",
+    "FIXED_B",
+    "SCENARIOS",
+    "W3",
+    "PaperFlights",
+    "Variant",
+    "count_flights",
+    "fly_paper",
+    "pose_only",
+    "with_effects",
+]
+
+A, B, W3 = "paper-case-a", "paper-case-b", "paper-case-b-w3"
+FIXED_A, FIXED_B = "paper-fixed-45-a", "paper-fixed-45-b"
+SCENARIOS = (A, B, W3, FIXED_A, FIXED_B)
+"""What the paper flew, in the order of every table."""
+
+_STEPS = (0.5e-3, 1e-3, 2e-3, 4e-3)  # s, of the perfect plants that ought to agree
+_TINY_NOISE = 1e-5  # m, m/s, rad and rad/s, 1σ
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Case A and Case B in a plant without imperfection, but for its step or a tiny noise.
+
+    Attributes
+    ----------
+    step : float, s
+        Of physics and control.
+    noise : float, m, m/s, rad, rad/s
+        One standard deviation of every measurement.
+    run : Run
+        Of Case A.
+    b : Flown
+        What came of Case B in the same plant.
+    """
+
+    step: float
+    noise: float
+    run: Run
+    b: Flown
+
+
+@dataclass(frozen=True, kw_only=True)
+class PaperFlights:
+    """What came of the paper's flights; mappings are by the name of the scenario.
+
+    Attributes
+    ----------
+    seeds : range
+        Of the realistic plant.
+    runs : mapping to Run
+        The first seed in the realistic plant, for the figures.
+    realistic : mapping to list of Flown
+        One for each seed.
+    perfect : mapping to Flown
+        In the perfect plant, which needs no seed.
+    pose_only : mapping to list of Flown
+        As realistic, with a reference that tells no rates.
+    in_wakes : mapping to list of Flown
+        As realistic, with rotors that blow on one another.
+    variants : list of Variant
+        Perfect plants that ought to agree.
+    """
+
+    seeds: range
+    runs: Mapping[str, Run]
+    realistic: Mapping[str, list[Flown]]
+    perfect: Mapping[str, Flown]
+    pose_only: Mapping[str, list[Flown]]
+    in_wakes: Mapping[str, list[Flown]]
+    variants: list[Variant]
+
+    def values(self, scenario: str, metric: str) -> FloatArray:
+        """Return a metric of the completed realistic flights of a scenario."""
+        flown = self.realistic[scenario]
+        return np.array([getattr(one.metrics, metric) for one in flown if one.completed])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``results.json`` holds of them."""
+        groups = {
+            "realistic": self.realistic,
+            "pose_only": self.pose_only,
+            "in_wakes": self.in_wakes,
+            "perfect": {name: [one] for name, one in self.perfect.items()},
+        }
+        found: dict[str, Any] = {
+            group: {name: _over_metrics(flown) for name, flown in by_name.items()}
+            for group, by_name in groups.items()
+        }
+        found["content_hash"] = {name: run.content_hash for name, run in self.runs.items()}
+        found["variants"] = [
+            {
+                "step_s": variant.step,
+                "noise": variant.noise,
+                A: variant.run.metrics.as_dict(),
+                B: variant.b.metrics and variant.b.metrics.as_dict(),
+            }
+            for variant in self.variants
+        ]
+        return found
+
+
+def _over_metrics(flown: list[Flown]) -> dict[str, Any]:
+    return {metric: spread_of(flown, metric)._asdict() for metric in MEASURES}
+
+
+def count_flights(plan: Plan) -> int:
+    """Return how many flights `fly_paper` hands out."""
+    return len(SCENARIOS) * (3 * len(plan.seeds) + 1) + len(_STEPS) + 1
+
+
+def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
+    """Fly the paper's scenarios over the seeds, in the realistic and in the perfect plant."""
+    scenarios = {name: load_scenario(name) for name in SCENARIOS}
+    perfect = load_plant("perfect")
+    still = fly_jobs(
+        [Job(replace(scenarios[name], plant=perfect), 0) for name in SCENARIOS],
+        "the perfect plant",
+    )
+    return PaperFlights(
+        seeds=plan.seeds,
+        runs=dict(
+            zip(
+                SCENARIOS,
+                fly_runs([Job(scenarios[name], plan.seeds[0]) for name in SCENARIOS]),
+                strict=True,
+            )
+        ),
+        realistic=_over_seeds(scenarios, plan, fly_jobs, "the paper's flights"),
+        perfect=dict(zip(SCENARIOS, still, strict=True)),
+        pose_only=_over_seeds(
+            {name: pose_only(one) for name, one in scenarios.items()},
+            plan,
+            fly_jobs,
+            "references without rates",
+        ),
+        in_wakes=_over_seeds(
+            {name: with_effects(one, Interference()) for name, one in scenarios.items()},
+            plan,
+            fly_jobs,
+            "rotors in one another's wakes",
+        ),
+        variants=_fly_variants(scenarios, fly_jobs),
+    )
+
+
+def pose_only(scenario: Scenario) -> Scenario:
+    """Return the scenario with a reference that tells no rates."""
+    reference = scenario.reference
+    assert isinstance(reference, SegmentReference | SampledReference)
+    return replace(scenario, reference=PoseOnly(reference))
+
+
+def with_effects(scenario: Scenario, *effects: Any) -> Scenario:
+    """Return the scenario in its plant with more effects; one of a kind there gives way."""
+    kinds = {effect.kind for effect in effects}
+    kept = tuple(effect for effect in scenario.plant.effects if effect.kind not in kinds)
+    return replace(scenario, plant=replace(scenario.plant, effects=(*kept, *effects)))
+
+
+def _over_seeds(
+    scenarios: Mapping[str, Scenario], plan: Plan, fly_jobs: FlyJobs, words: str
+) -> dict[str, list[Flown]]:
+    jobs = [Job(scenario, seed) for scenario in scenarios.values() for seed in plan.seeds]
+    flown, k = fly_jobs(jobs, words), len(plan.seeds)
+    return {name: flown[i * k : (i + 1) * k] for i, name in enumerate(scenarios)}
+
+
+def _fly_variants(scenarios: Mapping[str, Scenario], fly_jobs: FlyJobs) -> list[Variant]:
+    plants = [(step, 0.0) for step in _STEPS] + [(1e-3, _TINY_NOISE)]
+    pairs = []
+    for step, noise in plants:
+        tiny = MeasurementNoise(position=noise, velocity=noise, attitude=noise, rate=noise)
+        plant = PlantModel(
+            physics_step=step, control_period=step, effects=(tiny,) if noise else (), name="variant"
+        )
+        pairs.append(tuple(replace(scenarios[name], plant=plant) for name in (A, B)))
+    of_a = fly_runs([Job(a, 0) for a, _ in pairs])
+    of_b = fly_jobs([Job(b, 0) for _, b in pairs], "plants that ought to agree")
+    return [
+        Variant(step, noise, run, flown)
+        for (step, noise), run, flown in zip(plants, of_a, of_b, strict=True)
+    ]

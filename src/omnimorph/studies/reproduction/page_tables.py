@@ -1,0 +1,328 @@
+"""The tables of the page, each from what a question found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from omnimorph.report.analysis_words import condition_words, rows_by_tilt
+from omnimorph.report.tables import Table, degrees, number
+from omnimorph.results.measures import MEASURES
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.many_flights import Job
+from omnimorph.studies.reproduction import paper
+from omnimorph.studies.reproduction.ablation import METRICS, Ablation, Lag
+from omnimorph.studies.reproduction.degraded import Degraded
+from omnimorph.studies.reproduction.design import Design
+from omnimorph.studies.reproduction.flights import W3, A, B, PaperFlights
+from omnimorph.studies.reproduction.lost_thrust import CASES, NOT_LOST, POSE_KEPT
+from omnimorph.studies.reproduction.spread import spread_of
+from omnimorph.studies.reproduction.tilt_choice import TiltChoice
+from omnimorph.studies.reproduction.verdicts import Judged
+from omnimorph.studies.reproduction.words import (
+    FLIGHT_WORDS,
+    difference_words,
+    spread_words,
+)
+from omnimorph.units import from_SI
+
+__all__ = [
+    "ablation_table",
+    "actuation_table",
+    "claims_table",
+    "dead_rotor_table",
+    "energy_table",
+    "error_table",
+    "example_table",
+    "failed_table",
+    "frontier_table",
+    "lag_table",
+    "losses_table",
+    "tilt_choice_table",
+    "variant_table",
+    "wake_table",
+]
+
+
+def claims_table(judged: Sequence[Judged]) -> Table:
+    """Return every claim of the paper in a line."""
+    rows = []
+    for row in judged:
+        here, unit = row.here_in_words, row.claim.unit
+        rows.append(
+            [
+                row.claim.text,
+                "" if row.claim.value is None else f"{number(row.claim.value, 5)} {unit}".strip(),
+                f"{here} {unit}".strip() if here else row.found,
+                difference_words(row.difference) if here else "",
+                row.verdict.value,
+            ]
+        )
+    head = ["the paper says", "its number", "here", "difference", "verdict"]
+    return Table("Every claim.", head, rows, frozenset({1}))
+
+
+# --- design ---------------------------------------------------------------------------------------
+
+
+def actuation_table(design: Design) -> Table:
+    """Return ranks, conditions and classes at the tilts that stand out."""
+    rows = []
+    for one, why in rows_by_tilt(design.analysis):
+        found = one.actuation
+        conditions = [condition_words(rows) for rows in found.conditions]
+        rows.append(
+            [
+                degrees(float(one.tilt[0])),
+                why,
+                str(found.rank_thrust),
+                str(found.rank_full),
+                "" if found.rank_thrust == 6 else "; ".join(conditions),
+                f"{found.kind.value}; {found.thrust_kind.value}",
+            ]
+        )
+    head = ["tilt", "why this one", "rank A", "rank F", "where tilting adds one", "class"]
+    return Table("What can be moved, by tilt.", head, rows, frozenset({2, 3}))
+
+
+def example_table(design: Design) -> Table:
+    """Return the thrusts that tell the paper's conditions from ours."""
+    rows = [
+        [
+            degrees(one.tilt),
+            one.thrusts,
+            str(one.paper),
+            str(one.ours),
+            one.condition,
+            "agrees" if one.paper == one.ours else "counter-example",
+        ]
+        for one in design.examples
+    ]
+    head = ["tilt", "thrusts", "rank F by the paper", "rank F", "it is higher if and only if", ""]
+    return Table("Thrusts that decide.", head, rows, frozenset({2, 3}))
+
+
+# --- flights --------------------------------------------------------------------------------------
+
+
+def energy_table(flights: PaperFlights) -> Table:
+    """Return both energies of each flight in both counts."""
+    rows = []
+    for name, words in FLIGHT_WORDS.items():
+        row = [words]
+        for metric in ("drag_energy", "acceleration_energy"):
+            for count in ("paper", "J"):
+                row.append(spread_words(spread_of(flights.realistic[name], f"{metric}_{count}")))
+            perfect = spread_of([flights.perfect[name]], f"{metric}_paper")
+            row.append(number(perfect.mean))
+        rows.append(row)
+    head = ["", "drag (“J”)", "drag (J)", "perfect (“J”)", "acceleration (“J”)"]
+    head += ["acceleration (J)", "perfect (“J”)"]
+    caption = (
+        "Energy against drag, and to accelerate the rotors: in the paper's count and in joules."
+    )
+    return Table(caption, head, rows, frozenset(range(1, 7)))
+
+
+def error_table(flights: PaperFlights) -> Table:
+    """Return mean and root-mean-square errors of each flight beside the paper's."""
+    shown = {
+        "position_error_mean_m": ("position, mean (mm)", 1e3),
+        "position_error_rms_m": ("position, RMS (mm)", 1e3),
+        "attitude_error_paper": ("‖e_R‖, mean (10⁻³)", 1e3),
+        "attitude_error_rms_rad": ("angle, RMS (°)", math.degrees(1.0)),
+    }
+    rows = []
+    for name, words in FLIGHT_WORDS.items():
+        row = [words]
+        for metric, (_, factor) in shown.items():
+            row.append(spread_words(spread_of(flights.realistic[name], metric), factor))
+        rows.append(row)
+    head = ["", *(words for words, _ in shown.values())]
+    caption = "Errors over the whole flight, every physics step counted alike."
+    return Table(caption, head, rows, frozenset(range(1, 5)))
+
+
+def variant_table(flights: PaperFlights) -> Table:
+    """Return the energies in plants that ought to agree."""
+    rows = []
+    for variant in flights.variants:
+        metrics, b = variant.run.metrics, spread_of([variant.b], "drag_energy_paper")
+        words = f"step {1e3 * variant.step:g} ms" + (", tiny noise" if variant.noise else "")
+        numbers = (metrics.drag_energy_paper, metrics.tilt_mean_deg, b.mean)
+        rows.append([words, *(number(value) for value in numbers)])
+    head = ["perfect plant", "Case A (“J”)", "its mean tilt (°)", "Case B (“J”)"]
+    caption = "Energy against drag in plants that ought to agree."
+    return Table(caption, head, rows, frozenset({1, 2, 3}))
+
+
+def wake_table(flights: PaperFlights) -> Table:
+    """Return what interference does to each flight."""
+    shown = ("drag_energy_paper", "tilt_mean_deg", "position_error_mean_m", "attitude_error_paper")
+    rows = []
+    for name, words in FLIGHT_WORDS.items():
+        row = [words]
+        for metric in shown:
+            still, wakes = (
+                spread_of(flown[name], metric, MEASURES[metric].factor).mean
+                for flown in (flights.realistic, flights.in_wakes)
+            )
+            row.append(f"{number(still, 3)} → {number(wakes, 3)}")
+        rows.append(row)
+    head = ["still air → in the wakes", "energy (“J”)", "tilt (°)", "position (mm)", "‖e_R‖"]
+    caption = "What interference does to the flights: means over the seeds."
+    return Table(caption, head, rows, frozenset({1, 2, 3, 4}))
+
+
+# --- why ------------------------------------------------------------------------------------------
+
+
+def ablation_table(ablation: Ablation) -> Table:
+    """Return every condition with its means over the seeds, Case A before Case B."""
+    rows = []
+    for condition in ablation.conditions:
+        row = [f"{condition.group}: {condition.label}"]
+        for metric in METRICS:
+            factor = MEASURES[metric].factor
+            means = (condition.spread(name, metric).mean for name in CASES)
+            row.append(" / ".join(number(factor * mean, 3) for mean in means))
+        rows.append(row)
+    head = ["", "tilt (°)", "drag (“J”)", "acceleration (“J”)"]
+    head += ["position, mean (mm)", "position, RMS (mm)", "‖e_R‖"]
+    caption = "Case A / Case B, means over the seeds."
+    return Table(caption, head, rows, frozenset(range(1, 7)))
+
+
+def lag_table(lag: Lag, flights: PaperFlights) -> Table:
+    """Return what a reference without rates explains: closed form, flown, and the paper."""
+    errors = (
+        ("‖e_R‖", "attitude_error", "attitude_error_paper", lag.attitude_error),
+        ("position (mm)", "position_error", "position_error_mean_m", 1e3 * lag.position_error),
+    )
+    rows = []
+    for words, key, metric, closed in errors:
+        for name, case in ((A, "a"), (B, "b"), (W3, "w3")):
+            factor = MEASURES[metric].factor
+            as_stated, without = (
+                spread_of(flown[name], metric, factor)
+                for flown in (flights.realistic, flights.pose_only)
+            )
+            claimed = paper.claims()[f"{key}_{case}"].value
+            assert claimed is not None
+            rows.append(
+                [
+                    f"{words}, {FLIGHT_WORDS[name]}",
+                    number(claimed),
+                    number(as_stated.mean, 3),
+                    spread_words(without),
+                    number(closed, 3),
+                    difference_words(without.mean / claimed - 1.0),
+                ]
+            )
+    head = ["mean error", "the paper", "as stated", "no rates told", "closed form", "difference"]
+    caption = "What follows if the reference tells where to be, but not how fast."
+    return Table(caption, head, rows, frozenset(range(1, 6)))
+
+
+# --- less thrust ----------------------------------------------------------------------------------
+
+
+def losses_table(degraded: Degraded) -> Table:
+    """Return the paper's losses of thrust, at both limits of speed."""
+    rows = [
+        [
+            f"{FLIGHT_WORDS[one.scenario]}, {100 * one.loss:g} % less",
+            f"±{from_SI(one.speed_limit, 'Hz'):.0f}",
+            "{} of {}".format(*one.share(NOT_LOST)),
+            "{} of {}".format(*one.share(POSE_KEPT)),
+            spread_words(spread_of(one.flown, "position_error_mean_m", 1e3)),
+            spread_words(spread_of(one.flown, "attitude_error_paper")),
+        ]
+        for one in degraded.losses
+    ]
+    head = ["", "speed limit (Hz)", "not lost", "pose kept", "position, mean (mm)", "‖e_R‖, mean"]
+    caption = "The paper's three flights with less thrust; errors of those that were not lost."
+    return Table(caption, head, rows, frozenset(range(1, 6)))
+
+
+def frontier_table(degraded: Degraded) -> Table:
+    """Return how much thrust each case may lose, beside the physical limit."""
+    rows = [
+        [
+            f"{FLIGHT_WORDS[one.scenario]}, {one.kind}",
+            one.criterion,
+            f"±{from_SI(one.speed_limit, 'Hz'):.0f}",
+            f"{100 * one.bracket[0]:.1f} to {100 * one.bracket[1]:.1f}",
+            f"{100 * one.physical_limit:.1f}",
+        ]
+        for one in degraded.frontiers
+    ]
+    head = ["", "criterion", "speed limit (Hz)", "largest loss (%)", "physical limit (%)"]
+    caption = "The largest loss that half of the flights survive: between these two."
+    return Table(caption, head, rows, frozenset({2, 3, 4}))
+
+
+def dead_rotor_table(degraded: Degraded) -> Table:
+    """Return how many flights get by with one rotor dead."""
+    rotors = range(len(next(iter(degraded.dead.values()))))
+    rows = [
+        [f"{FLIGHT_WORDS[name]}, {criterion}", *("{} of {}".format(*share) for share in shares)]
+        for (name, criterion), shares in degraded.dead.items()
+    ]
+    head = ["", *(f"rotor {k + 1}" for k in rotors)]
+    caption = "One rotor gives no thrust at all."
+    return Table(caption, head, rows, frozenset(k + 1 for k in rotors))
+
+
+# --- choosing the tilt ----------------------------------------------------------------------------
+
+
+def tilt_choice_table(found: TiltChoice) -> Table:
+    """Return energy, tilt and error of each way to choose the tilt, beside the oracle's."""
+    rows = []
+    for choice in found.choices:
+        row = [choice.label]
+        for name in CASES:
+            row += [
+                spread_words(spread_of(choice.flown[name], "drag_energy_paper")),
+                f"{100 * found.excess(choice, name):+.1f} %".replace("-", "−"),
+                spread_words(spread_of(choice.flown[name], "tilt_mean_deg")),
+                spread_words(spread_of(choice.flown[name], "position_error_mean_m", 1e3)),
+            ]
+        rows.append(row)
+    oracle = number(found.oracle.energy_paper), number(math.degrees(found.oracle.tilt.mean()), 3)
+    rows.append(["oracle of least power", *(2 * [oracle[0], "", oracle[1], ""])])
+    head = [""]
+    for name in CASES:
+        case = FLIGHT_WORDS[name]
+        head += [f"{case} (“J”)", "above the least", "tilt (°)", "position (mm)"]
+    caption = "Energy against drag, mean tilt and mean position error by how the tilt is chosen."
+    return Table(caption, head, rows, frozenset(range(1, 9)))
+
+
+# --- all flights ----------------------------------------------------------------------------------
+
+
+def failed_table(groups: Mapping[str, Sequence[tuple[Job, Flown]]]) -> Table:
+    """Return the flights that were not completed, a row for each way in which they ended.
+
+    Parameters
+    ----------
+    groups : mapping of words to (Job, Flown) pairs
+        All flights, by what they were flown for.
+    """
+    rows = []
+    for words, flights in groups.items():
+        ended: dict[tuple[str, str], list[Flown]] = {}
+        for job, flown in flights:
+            if not flown.completed:
+                ended.setdefault((job.scenario.name, flown.failure or flown.outcome), []).append(
+                    flown
+                )
+        for (scenario, how), some in ended.items():
+            among = sum(job.scenario.name == scenario for job, _ in flights)
+            times = [one.metrics.duration_s for one in some if one.metrics is not None]
+            after = f"{min(times):.1f} … {max(times):.1f}" if times else "—"
+            rows.append([words, scenario, how, f"{len(some)} of {among}", after])
+    head = ["flown for", "flight", "how it ended", "how many", "after (s)"]
+    return Table("Flights that were not completed.", head, rows, frozenset({3, 4}))

@@ -1,0 +1,50 @@
+"""How much is flown: the whole reproduction, or a quick one with fewer seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Self
+
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.many_flights import Job
+
+__all__ = ["FlyJobs", "Plan"]
+
+FlyJobs = Callable[[Sequence[Job], str], list[Flown]]
+"""Flies jobs and returns what came of them, in their order; the words say what they are for."""
+
+
+class Plan(NamedTuple):
+    """How many flights each question gets.
+
+    Attributes
+    ----------
+    seeds : range
+        Of each of the paper's flights; the figures show the first.
+    repeats : int
+        Seeds of each plant of the ablation, and of each way to choose the tilt.
+    loss_seeds, loss_rounds : int
+        Seeds at each loss of thrust, and halvings of the interval in which the limit lies.
+    quick : bool
+        Whether this is the quick one.
+    """
+
+    seeds: range
+    repeats: int
+    loss_seeds: int
+    loss_rounds: int
+    quick: bool
+
+    @classmethod
+    def whole(cls, first_seed: int = 0, seeds: int = 20) -> Self:
+        """Return the plan of the whole reproduction."""
+        return cls(range(first_seed, first_seed + seeds), 5, 10, 7, quick=False)
+
+    @classmethod
+    def quickly(cls, first_seed: int = 0, seeds: int = 2) -> Self:
+        """Return a plan that answers the same questions with fewer seeds."""
+        return cls(range(first_seed, first_seed + seeds), 1, 1, 4, quick=True)
+
+    def first_seeds(self, count: int) -> range:
+        """Return so many seeds, from the first on."""
+        return range(self.seeds[0], self.seeds[0] + count)

@@ -1,0 +1,283 @@
+"""Choosing the tilt: three candidates, exhaustive searches, and an oracle of least power."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from omnimorph.analysis.effort import drag_power, least_effort
+from omnimorph.control.allocators import ExhaustiveTilt
+from omnimorph.control.tilt_cost import cost_over_tilt
+from omnimorph.model.core import state_row
+from omnimorph.model.dynamics import GRAVITY, hover_thrust, wrench_for
+from omnimorph.protocols import Command, Desired, FloatArray, State
+from omnimorph.results.run import Run
+from omnimorph.simulation.fly import fly
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import load_scenario
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.many_flights import Job, fly_runs
+from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.spread import spread_of
+
+__all__ = [
+    "CASES",
+    "Choice",
+    "Gap",
+    "Oracle",
+    "TiltChoice",
+    "ask_oracle",
+    "count_choices",
+    "fly_choices",
+    "measure_gaps",
+]
+
+CASES = (A, B)
+THREE, WINDOW, RANGE = "three candidates", "exhaustive, window", "exhaustive, range"
+_IN_WINDOW, _IN_RANGE = 21, 61
+_ORACLE_TILTS, _ORACLE_PERIOD = 121, 0.04  # half a degree apart; s
+_TURN = 2.0 * math.pi
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Choice:
+    """One way to choose the tilt; mappings are by the name of the scenario.
+
+    Attributes
+    ----------
+    label : str
+    runs : mapping to Run
+        The first seed, for the figure.
+    flown : mapping to list of Flown
+        One for each seed.
+    """
+
+    label: str
+    runs: Mapping[str, Run]
+    flown: Mapping[str, list[Flown]]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Gap:
+    """How much dearer each step of the paper's rule is than the best there is.
+
+    Attributes
+    ----------
+    scenario, span : str
+        Which case; the best of what: `WINDOW` or `RANGE`.
+    gap : (S,) array
+        (cost − least) / least at each control step of a flight.
+    """
+
+    scenario: str
+    span: str
+    gap: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Oracle:
+    """The least power with which the trajectory's exact wrench can be made, at each instant.
+
+    Attributes
+    ----------
+    time, tilt, power : (K,) arrays, s, rad and W
+        When, the best tilt there, and what it costs.
+    """
+
+    time: FloatArray
+    tilt: FloatArray
+    power: FloatArray
+
+    @property
+    def energy(self) -> float:
+        """Over the flight, J."""
+        return float(self.power.mean() * (self.time[-1] - self.time[0]))
+
+    @property
+    def energy_paper(self) -> float:
+        """The same in the paper's count."""
+        return self.energy / _TURN
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TiltChoice:
+    """All ways to choose the tilt, the gaps of the paper's, and the oracle."""
+
+    choices: list[Choice]
+    gaps: list[Gap]
+    oracle: Oracle
+
+    def excess(self, choice: Choice, scenario: str) -> float:
+        """Return by which share a way spends more than the oracle."""
+        mean = spread_of(choice.flown[scenario], "drag_energy_paper").mean
+        return mean / self.oracle.energy_paper - 1.0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return what ``results.json`` holds of it."""
+        metrics = ("drag_energy_paper", "tilt_mean_deg", "position_error_mean_m")
+        return {
+            "choices": [
+                {
+                    "label": choice.label,
+                    **{
+                        name: {
+                            metric: spread_of(choice.flown[name], metric)._asdict()
+                            for metric in metrics
+                        }
+                        | {"above_the_oracle": self.excess(choice, name)}
+                        for name in CASES
+                    },
+                }
+                for choice in self.choices
+            ],
+            "gaps": [
+                {
+                    "scenario": one.scenario,
+                    "span": one.span,
+                    "median": float(np.median(one.gap)),
+                    "mean": float(one.gap.mean()),
+                    "share_above_1_percent": float((one.gap > 0.01).mean()),
+                    "largest": float(one.gap.max()),
+                }
+                for one in self.gaps
+            ],
+            "oracle": {
+                "drag_energy_J": self.oracle.energy,
+                "drag_energy_paper": self.oracle.energy_paper,
+                "tilt_mean_deg": float(np.degrees(self.oracle.tilt.mean())),
+            },
+        }
+
+
+def count_choices(plan: Plan) -> int:
+    """Return how many flights `fly_choices` hands out."""
+    return 3 * len(CASES) * plan.repeats
+
+
+def fly_choices(plan: Plan, fly_jobs: FlyJobs) -> list[Choice]:
+    """Fly both cases with each way to choose the tilt."""
+    scenarios = {name: load_scenario(name) for name in CASES}
+    seeds = plan.first_seeds(plan.repeats)
+    choices = []
+    for label in (THREE, WINDOW, RANGE):
+        ways = {name: _searching(scenario, label) for name, scenario in scenarios.items()}
+        flown = fly_jobs(
+            [Job(ways[name], seed) for name in CASES for seed in seeds], "ways to choose the tilt"
+        )
+        k = len(seeds)
+        choices.append(
+            Choice(
+                label=label,
+                runs=dict(
+                    zip(CASES, fly_runs([Job(ways[name], seeds[0]) for name in CASES]), strict=True)
+                ),
+                flown={name: flown[i * k : (i + 1) * k] for i, name in enumerate(CASES)},
+            )
+        )
+    return choices
+
+
+def _searching(scenario: Scenario, label: str) -> Scenario:
+    """Return the scenario with another search over the tilt, and the same weights."""
+    if label == THREE:
+        return scenario
+    rule = scenario.allocator
+    return replace(
+        scenario,
+        allocator=ExhaustiveTilt(
+            span="window" if label == WINDOW else "range",
+            candidates=_IN_WINDOW if label == WINDOW else _IN_RANGE,
+            W1=rule.W1,
+            W2_position=rule.W2_position,
+            W2_attitude=rule.W2_attitude,
+            W3=rule.W3,
+        ),
+    )
+
+
+# --- the gap at each step -------------------------------------------------------------------------
+
+
+class _Witness:
+    """The scenario's own controller, and a record of what it was told and what it decided."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.controller = scenario.build_controller()
+        self.thrust = hover_thrust(scenario.vehicle, scenario.tilt)
+        self.tilt = float(scenario.tilt[0])
+        self.seen: list[tuple[FloatArray, FloatArray, FloatArray, float, float]] = []
+
+    def __call__(self, time: float, state: State, desired: Desired) -> Command:
+        told = state_row(*state)
+        decided = self.controller.step(told, state_row(*desired))
+        self.seen.append(
+            (told, decided.wrench_asked.copy(), self.thrust, self.tilt, float(decided.cost))
+        )
+        self.thrust, self.tilt = decided.thrust.copy(), float(decided.tilt[0])
+        return Command(self.thrust, decided.tilt)
+
+
+def measure_gaps(seed: int) -> list[Gap]:
+    """Return the gaps of the paper's rule to the best of its window and of the whole range."""
+    return [gap for name in CASES for gap in _gaps(load_scenario(name), seed)]
+
+
+def _gaps(scenario: Scenario, seed: int) -> list[Gap]:
+    witness = _Witness(scenario)
+    fly(scenario, seed=seed, controller=witness)
+    told, asked, before, tilt, cost = (
+        np.array(column) for column in zip(*witness.seen, strict=True)
+    )
+    vehicle, rule = scenario.vehicle, scenario.allocator
+    low, high = float(vehicle.servo_angle_min[0]), float(vehicle.servo_angle_max[0])
+    reach = float(vehicle.servo_rate_max[0]) * scenario.plant.control_period
+    window = tilt[:, None] + np.linspace(-reach, reach, _IN_WINDOW)
+    tilts = {
+        WINDOW: np.clip(window, low, high),
+        RANGE: np.broadcast_to(np.linspace(low, high, _IN_RANGE), (len(tilt), _IN_RANGE)),
+    }
+    acceleration = _acceleration(scenario, told, asked)
+    found = []
+    for span, tried in tilts.items():
+        least = cost_over_tilt(vehicle, rule, told, acceleration, before, tried).min(axis=1)
+        least = np.minimum(least, cost)  # the grid may miss the tilt that was chosen
+        found.append(Gap(scenario=scenario.name, span=span, gap=cost / least - 1.0))
+    return found
+
+
+def _acceleration(scenario: Scenario, told: FloatArray, asked: FloatArray) -> FloatArray:
+    """Return the accelerations behind the wrenches that were asked for: (S, 6)."""
+    vehicle = scenario.vehicle
+    R, w = told[:, 3:12].reshape(-1, 3, 3), told[:, 15:18]
+    linear = np.einsum("sij,sj->si", R, asked[:, :3]) / vehicle.mass - [0.0, 0.0, GRAVITY]
+    torque = asked[:, 3:] - np.cross(w, w @ vehicle.inertia)
+    return np.hstack([linear, np.linalg.solve(vehicle.inertia, torque.T).T])
+
+
+# --- the oracle -----------------------------------------------------------------------------------
+
+
+def ask_oracle() -> Oracle:
+    """Return at each instant the tilt at which the desired motion takes the least power.
+
+    Both cases have the same vehicle and the same trajectory, so that one oracle serves both.
+    """
+    scenario = load_scenario(A)
+    vehicle, reference = scenario.vehicle, scenario.reference
+    time = np.arange(0.0, reference.duration, _ORACLE_PERIOD)
+    wanted = [reference(float(t)) for t in time]
+    wrenches = np.array(
+        [wrench_for(vehicle, State(*one[:4]), np.concatenate([one[4], one[5]])) for one in wanted]
+    )
+    low, high = float(vehicle.servo_angle_min[0]), float(vehicle.servo_angle_max[0])
+    tilts = np.linspace(low, high, _ORACLE_TILTS)
+    power = np.full((len(tilts), len(time)), np.inf)
+    for k, tilt in enumerate(tilts):
+        found = least_effort(vehicle, np.array([tilt]), wrenches, "power")
+        power[k] = np.where(found.feasible, drag_power(vehicle, found.thrust), np.inf)
+    return Oracle(time=time, tilt=tilts[power.argmin(axis=0)], power=power.min(axis=0))

@@ -1,0 +1,69 @@
+"""How the page calls things, and how it writes numbers over seeds."""
+
+from __future__ import annotations
+
+import math
+
+from omnimorph.report.tables import number
+from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
+from omnimorph.studies.reproduction.spread import Spread
+
+__all__ = ["FLIGHT_WORDS", "difference_words", "spread_words"]
+
+FLIGHT_WORDS = {
+    A: "Case A",
+    B: "Case B",
+    W3: "Case B, W3 × 10",
+    FIXED_A: "fixed 45°, A's weights",
+    FIXED_B: "fixed 45°, B's weights",
+}
+"""What a reader calls each of the paper's flights."""
+
+
+def spread_words(spread: Spread, factor: float = 1.0) -> str:
+    """Return a mean with its 95 % interval, and the range in brackets.
+
+    Examples
+    --------
+    >>> spread_words(Spread(1.234, 1.19, 1.28, 0.021, 20, 20))
+    '1.23 ± 0.02 (1.19 … 1.28)'
+    >>> spread_words(Spread(1.234, 1.19, 1.28, 0.021, 20, 18))
+    '1.23 ± 0.02 (1.19 … 1.28), 18 of 20'
+    >>> spread_words(Spread(math.nan, math.nan, math.nan, math.nan, 2, 0))
+    'none of 2'
+    """
+    if spread.completed == 0:
+        return f"none of {spread.flights}"
+    mean, low, high, half = (
+        factor * value for value in (spread.mean, spread.low, spread.high, spread.half_width)
+    )
+    text = number(mean)
+    if half > 0.0:
+        decimals = _decimals(half)
+        shown = [f"{value:.{decimals}f}" for value in (mean, half, low, high)]
+        text = "{} ± {} ({} … {})".format(*shown)
+    if spread.completed < spread.flights:
+        text += f", {spread.completed} of {spread.flights}"
+    return text.replace("-", "−")
+
+
+def difference_words(share: float | None) -> str:
+    """Return a difference in per cent, or as a factor where it is large; a dash if there is none.
+
+    Examples
+    --------
+    >>> difference_words(-0.042), difference_words(-0.982), difference_words(1.13)
+    ('−4.2 %', '56 × smaller', '2.1 × larger')
+    """
+    if share is None:
+        return "—"
+    if -1.0 < share < -0.5:
+        return f"{1 / (1 + share):.2g} × smaller"
+    if share > 1.0:
+        return f"{1 + share:.1f} × larger"
+    return "none" if abs(share) < 5e-5 else f"{100 * share:+.1f} %".replace("-", "−")
+
+
+def _decimals(size: float) -> int:
+    """Return how many decimals show one digit of a number of that size."""
+    return min(max(-math.floor(math.log10(size)), 0), 9)

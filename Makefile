@@ -28,7 +28,7 @@ SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 
 setup: $(VENV)/installed  ## make .venv, install the locked packages, build and install omnimorph
 
-reproduce: setup  ## fly the paper's cases and write reproduction/report.html
+reproduce: setup  ## reproduce the paper, claim by claim, in reproduction/report.html
 	$(BIN)/omnimorph reproduce --out reproduction
 
 test: setup  ## the quick tests

@@ -11,7 +11,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
-from omnimorph.studies.reproduction.paper import printed_matrix
+from omnimorph.studies.reproduction.paper import claims, printed_matrix
 from omnimorph.studies.reproduction.printed_matrix import factors_of
 
 VEHICLE = om.load_vehicle("omnimorph")
@@ -124,6 +124,31 @@ def test_its_signs_would_let_drag_drive_the_rotors() -> None:
     turning = VEHICLE.rotor_spin  # +1: counter-clockwise seen from above, for positive thrust
     assert (drag * turning < 0.0).all()  # ours: on the body, against the rotation
     assert (-drag * turning > 0.0).all()  # the paper's sign
+
+
+def test_the_thrust_coefficient_stands_once_before_the_derivative() -> None:
+    """With inputs u in Hz² and F = c_f [F1 | ∂w/∂α], w = F1 u would count c_f twice if w did."""
+    in_Hz = VEHICLE.thrust_coefficient * (2.0 * math.pi) ** 2  # N/Hz²
+    u = np.linspace(2000.0, 9000.0, 8)  # Hz²
+    h = 1e-6
+    wrench = [om.allocation_matrix(VEHICLE, 0.7 + step) @ (in_Hz * u) for step in (-h, h)]
+    slope = (wrench[1] - wrench[0]) / (2.0 * h)
+    last = om.full_allocation_matrix(VEHICLE, in_Hz * u, 0.7)[:, 8]
+    assert np.allclose(last, slope, rtol=1e-7, atol=1e-7)
+    assert not np.allclose(in_Hz[0] * last, slope, rtol=0.5)
+
+
+def test_the_full_matrix_does_not_multiply_eight_thrusts() -> None:
+    assert om.full_allocation_matrix(VEHICLE, np.ones(8), 0.7).shape == (6, 9)
+    assert om.allocation_matrix(VEHICLE, 0.7).shape == (6, 8)
+
+
+def test_its_centimetres_are_metres() -> None:
+    """It calls the error with ten times W3 comparable to that of Case B, which it gives in m."""
+    of_w3, of_b = (claims()[f"position_error_{key}"].value for key in ("w3", "b"))
+    assert of_w3 is not None
+    assert of_b is not None
+    assert of_w3 == pytest.approx(of_b, rel=0.1)  # read in m; in cm it would be 100 times less
 
 
 def test_at_90_degrees_roll_and_pitch_come_from_lever_arms() -> None:

@@ -293,7 +293,7 @@ def test_the_page_is_one_file_that_needs_no_other(out: Path) -> None:
     assert {path.name for path in (out / "figures").iterdir()} == {
         f"{name}.{kind}" for name in names for kind in ("svg", "pdf")
     }
-    assert text.count("<svg") == len(names) == 19
+    assert text.count("<svg") == len(names) == 20
     for key in paper.claims():
         assert f'id="claim-{key}"' in text
     words = re.sub(r"<(style|svg).*?</\1>", "", text, flags=re.DOTALL)

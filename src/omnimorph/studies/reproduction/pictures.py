@@ -29,6 +29,7 @@ from omnimorph.studies.reproduction.flights import (
 from omnimorph.studies.reproduction.looks import LOOKS
 from omnimorph.studies.reproduction.study_figures import (
     draw_ablation,
+    draw_energies,
     draw_frontier,
     draw_gaps,
     draw_stand,
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
 __all__ = ["N_PICTURES", "draw_pictures"]
 
-N_PICTURES = 19
+N_PICTURES = 20
 """How many figures there are."""
 
 _Drawing = tuple[str, Callable[[], "Figure"]]
@@ -187,6 +188,10 @@ def _study_drawings(findings: Findings) -> dict[str, _Drawing]:
         "tilt_choice": (
             "Tilt over time by how it is chosen",
             lambda: draw_tilt_choice(findings.tilt_choice),
+        ),
+        "energy_by_choice": (
+            "Energy by how the tilt is chosen, beside the least possible",
+            lambda: draw_energies(findings.tilt_choice),
         ),
         "cost_gap": (
             "Share of control steps over how much dearer the chosen tilt is",

@@ -13,7 +13,13 @@ from omnimorph.report.ablation_figure import AblationPanel, AblationRow, ablatio
 from omnimorph.report.frontier_figure import FrontierPanel, PhysicalLimit, Survival, frontier
 from omnimorph.report.stand_figure import Level, StandSpeeds, StandTest, stand
 from omnimorph.report.style import Flight, Look
-from omnimorph.report.tilt_choice_figure import CostGap, cost_gaps, tilt_by_choice
+from omnimorph.report.tilt_choice_figure import (
+    ChoiceEnergy,
+    CostGap,
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
+)
 from omnimorph.results.measures import MEASURES
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction import paper
@@ -35,7 +41,14 @@ from omnimorph.units import from_SI
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["draw_ablation", "draw_frontier", "draw_gaps", "draw_stand", "draw_tilt_choice"]
+__all__ = [
+    "draw_ablation",
+    "draw_energies",
+    "draw_frontier",
+    "draw_gaps",
+    "draw_stand",
+    "draw_tilt_choice",
+]
 
 
 def draw_ablation(found: Ablation) -> Figure:
@@ -185,6 +198,31 @@ def draw_tilt_choice(found: TiltChoice) -> Figure:
         oracle = replace(shown[0].run, tilt=best[:, None])
         cases[FLIGHT_WORDS[name]] = [*shown, Flight("oracle of least power", oracle, ORDER[0])]
     return tilt_by_choice(cases)
+
+
+def draw_energies(found: TiltChoice) -> Figure:
+    """Draw what each way to choose the tilt spends, beside the least possible."""
+    names = {FLIGHT_WORDS[name]: name for name in CASES}
+    rows = [
+        ChoiceEnergy(
+            choice.label,
+            {
+                case: [
+                    one.metrics.drag_energy_paper
+                    for one in choice.flown[name]
+                    if one.metrics is not None
+                ]
+                for case, name in names.items()
+            },
+        )
+        for choice in found.choices
+    ]
+    least = dict.fromkeys(names, found.oracle.energy_paper)
+    looks = {
+        case: Look(LOOKS[name].colour, mark=mark)
+        for (case, name), mark in zip(names.items(), "os", strict=True)
+    }
+    return energy_by_choice(rows, least, looks)
 
 
 def draw_gaps(found: TiltChoice) -> Figure:

@@ -18,6 +18,9 @@ ifneq ($(wildcard /etc/ssl/certs/ca-certificates.crt),)
 export UV_SYSTEM_CERTS ?= 1
 endif
 
+# Tests on every core; those of one file stay together, as they share what was flown for them.
+IN_PARALLEL := --numprocesses auto --dist loadfile
+
 # What the installed package is made of.
 SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 	find src core/include core/bindings -type f ! -name '*.pyc' ! -name '*.so'))
@@ -32,10 +35,10 @@ reproduce: setup  ## reproduce the paper, claim by claim, in reproduction/report
 	$(BIN)/omnimorph reproduce --out reproduction
 
 test: setup  ## the quick tests
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest $(IN_PARALLEL) -m "not slow"
 
 test-all: setup  ## every test; needs clang and its sanitizers (Debian: clang libclang-rt-14-dev)
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(IN_PARALLEL)
 
 check: setup  ## format, lint, types, import layers
 	$(BIN)/ruff format --check .

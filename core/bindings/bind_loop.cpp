@@ -1,4 +1,8 @@
 // The controller, and the flight: all in the core, or one control step or physics step at a time.
+#include <nanobind/stl/optional.h>
+
+#include <optional>
+
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
 
@@ -14,7 +18,7 @@ using Settings = ControllerSettings<double, 0>;
 
 Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
                                   const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, double tilt_change,
-                                  int candidates) {
+                                  int candidates, std::optional<double> lateral_force, double control_period) {
     for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
     expect_size(acceleration, 6, "acceleration");
     if (rule != AllocationRule::fixed_tilt && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
@@ -26,6 +30,7 @@ Settings make_controller_settings(const AnyVehicle& vehicle, const Array& veloci
     s.rule = rule;
     s.tilt_change = tilt_change;
     s.candidates = candidates;
+    if (lateral_force) s.position_first = PositionFirst<double>(*lateral_force, vehicle.mass, control_period);
     return s;
 }
 
@@ -156,7 +161,7 @@ void bind_loop(nb::module_& m) {
         .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range);
     nb::class_<Settings>(m, "ControllerSettings");
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
-          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a);
+          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a, "lateral_force"_a.none(), "control_period"_a);
     nb::class_<AllocationView>(m, "Allocation")
         .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
         .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })

@@ -1,4 +1,4 @@
-// One text for every number type: the controller with each of its rules, and the plant with every effect on, fly in the
+// One text for every number type: the controller with each of its rules, position first or not, and the plant with every effect on, fly in the
 // lanes of a pack as they do alone, in single precision, and with the rotors counted at run time. Exits 0 if after two
 // seconds each lane is its flight alone to the last bit, which holds where products and sums are rounded one by one
 // (-ffp-contract=off).
@@ -51,8 +51,10 @@ struct Rule {
     const char* name;
     AllocationRule rule;
     int candidates;
+    bool position_first = false;
 };
 constexpr Rule rules[] = {{"three candidates", AllocationRule::best_in_window, 3},
+                          {"three candidates, position first", AllocationRule::best_in_window, 3, true},
                           {"the best in the window", AllocationRule::best_in_window, 7},
                           {"towards the best in the range", AllocationRule::towards_best_in_range, 13}};
 
@@ -62,6 +64,7 @@ template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integr
     auto controller_settings = paper::case_b(vehicle, every * paper::step);
     controller_settings.rule = rule.rule;
     controller_settings.candidates = rule.candidates;
+    if (rule.position_first) controller_settings.position_first = {0.05, vehicle.mass, every * paper::step};
     const auto settings = worn_plant(vehicle, integrator);
     const Motion<double> start = paper::start();
     const Command<double, paper::rotors> hover = paper::hovering(vehicle);

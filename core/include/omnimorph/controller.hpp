@@ -2,6 +2,7 @@
 #pragma once
 
 #include "allocate.hpp"
+#include "position_first.hpp"
 
 namespace omnimorph {
 
@@ -12,6 +13,7 @@ template <class T, int N> struct ControllerSettings {
     AllocationWeights<T, N> weights;
     AllocationRule rule;
     T tilt_change;   // epsilon: the servo's rate limit times the control period, rad
+    PositionFirst<T> position_first;
     int candidates;  // tilts tried, an odd number; three in the window are the paper's
 
     ControllerSettings() = default;
@@ -21,6 +23,7 @@ template <class T, int N> struct ControllerSettings {
           weights{cast<T, N>(o.weights.input, n), cast<T, N>(o.weights.input_change, n), cast<T>(o.weights.acceleration)},
           rule(o.rule),
           tilt_change(T(o.tilt_change)),
+          position_first(o.position_first),
           candidates(o.candidates) {}
 };
 
@@ -29,7 +32,7 @@ template <class T, int N> class Controller {
     Allocation<T, N> last;
 
     Controller(const Vehicle<T, N>& vehicle, const ControllerSettings<T, N>& settings, const Command<T, N>& start)
-        : settings_(settings), allocator_(vehicle, settings.weights) {
+        : settings_(settings), allocator_(vehicle, settings.weights), gives_way_(settings.position_first) {
         last.command = start;
         last.cost = last.kkt_residual = T(0);
         last.wrench_asked = Vec6<T>::zero();
@@ -37,7 +40,8 @@ template <class T, int N> class Controller {
     }
 
     const Allocation<T, N>& step(const Motion<T>& measured, const Desired<T>& desired) {
-        return allocate(measured, reference_acceleration(measured, desired, settings_.gains));
+        const Desired<T> held = gives_way_(measured, desired, settings_.gains);
+        return allocate(measured, reference_acceleration(measured, held, settings_.gains));
     }
 
     const Allocation<T, N>& allocate(const Motion<T>& measured, const Vec6<T>& acceleration) {
@@ -56,6 +60,7 @@ template <class T, int N> class Controller {
   private:
     ControllerSettings<T, N> settings_;
     Allocator<T, N> allocator_;
+    AttitudeGivesWay<T> gives_way_;
 };
 
 }  // namespace omnimorph

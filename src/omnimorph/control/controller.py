@@ -28,9 +28,17 @@ _SPANS: dict[Span, _core.AllocationRule] = {
 
 
 def core_settings(
-    vehicle: Vehicle, gains: TrackingGains, rule: AllocationRule, control_period: float
+    vehicle: Vehicle,
+    gains: TrackingGains,
+    rule: AllocationRule,
+    control_period: float,
+    lateral_force: float | None = None,
 ) -> _core.ControllerSettings:
-    """Return the core's settings of a controller; refuses a rule that does not fit the vehicle."""
+    """Return the core's settings of a controller; refuses a rule that does not fit the vehicle.
+
+    With a `lateral_force`, N, position goes first: where more is asked sideways, the attitude gives
+    way.
+    """
     core_rule, candidates = _tilts_tried(rule)
     searches = core_rule != _core.AllocationRule.FIXED_TILT
     if searches and vehicle.n_servos != 1:
@@ -56,6 +64,8 @@ def core_settings(
         rule=core_rule,
         tilt_change=float(vehicle.servo_rate_max[0] * control_period) if searches else 0.0,
         candidates=candidates,
+        lateral_force=None if lateral_force == np.inf else lateral_force,
+        control_period=control_period,
     )
 
 
@@ -93,6 +103,8 @@ class PoseController:
         The tilt before the first step.
     start_thrust : (n,), optional, N
         The thrusts before the first step; hovering by default.
+    lateral_force : float, optional, N
+        What it can push sideways: where more is asked, the attitude gives way to the position.
 
     Examples
     --------
@@ -113,11 +125,12 @@ class PoseController:
         control_period: float,
         start_tilt: ArrayLike = 0.0,
         start_thrust: FloatArray | None = None,
+        lateral_force: float | None = None,
     ) -> None:
         self.vehicle = vehicle
         tilt = as_tilt(vehicle, start_tilt)
         thrust = hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust
-        settings = core_settings(vehicle, gains, rule, control_period)
+        settings = core_settings(vehicle, gains, rule, control_period, lateral_force)
         self._controller = _core.new_controller(as_core(vehicle), settings, thrust, tilt)
 
     def __call__(self, time: float, state: State, desired: Desired) -> Command:

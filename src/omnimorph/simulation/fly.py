@@ -141,7 +141,11 @@ class _Loop:
         self.control_every = control_steps(plant)
         self.columns = empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
         self.settings = core_settings(
-            vehicle, scenario.gains, scenario.allocator, plant.control_period
+            vehicle,
+            scenario.gains,
+            scenario.allocator,
+            plant.control_period,
+            scenario.lateral_force,
         )
         start = scenario.reference(0.0)
         tilt = scenario.tilt

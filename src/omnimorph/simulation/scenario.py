@@ -11,6 +11,7 @@ import numpy as np
 
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
+from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -44,6 +45,8 @@ class Scenario:
         Where to be; the flight lasts as long as it does.
     start_tilt : float or (m,), rad
         The tilt at the start (and throughout, with a fixed-tilt rule).
+    position_first : bool
+        Whether the attitude gives way where the vehicle cannot push sideways as the position needs.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
     """
@@ -56,6 +59,7 @@ class Scenario:
     allocator: AllocationRule
     reference: Reference
     start_tilt: float | FloatArray = 0.0
+    position_first: bool = False
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
@@ -82,12 +86,26 @@ class Scenario:
         """The tilt at the start, one angle for each servo, rad."""
         return as_tilt(self.vehicle, self.start_tilt)
 
+    @property
+    def lateral_force(self) -> float | None:
+        """What the vehicle may push sideways if position goes first, N; None if it does not."""
+        if not self.position_first:
+            return None
+        return usable_lateral_force(self.vehicle, self.allocator, self.tilt)
+
     def build_controller(self) -> PoseController:
         """Return the scenario's controller, to be stepped from Python."""
         from omnimorph.control.controller import PoseController
 
         period = self.plant.control_period
-        return PoseController(self.vehicle, self.gains, self.allocator, period, self.tilt)
+        return PoseController(
+            self.vehicle,
+            self.gains,
+            self.allocator,
+            period,
+            self.tilt,
+            lateral_force=self.lateral_force,
+        )
 
     def as_file(self) -> dict[str, Any]:
         """Return everything that is flown, much as a file would hold it."""
@@ -98,7 +116,9 @@ class Scenario:
             "title": self.title,
             "vehicle": self.vehicle.name,
             "plant": plant,
-            "controller": self.gains.as_file() | {"allocator": self.allocator.as_file()},
+            "controller": self.gains.as_file()
+            | {"allocator": self.allocator.as_file()}
+            | ({"position_first": True} if self.position_first else {}),
             "reference": described(self.reference),
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,

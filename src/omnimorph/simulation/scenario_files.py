@@ -118,6 +118,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             allocator=allocator,
             reference=_reference_from(content.reference, folder),
             start_tilt=to_SI(np.array(content.start_tilt_deg), "deg"),
+            position_first=content.controller.position_first,
             lost_beyond=content.lost_beyond_m,
         ),
     )

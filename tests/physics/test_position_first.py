@@ -13,7 +13,6 @@ import pytest
 from tests.physics.small_vehicles import build_star
 
 import omnimorph as om
-from omnimorph.analysis import force_set
 from omnimorph.control.position_first import lateral_force
 from omnimorph.errors import ScenarioError
 from omnimorph.model.dynamics import GRAVITY
@@ -57,18 +56,6 @@ def lean(run: Run) -> np.ndarray:
 
 
 # --- what can be pushed ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("degrees", [10.0, 20.0, 30.0, 35.0])
-def test_the_lateral_force_is_the_largest_that_fits_on_all_sides(degrees: float) -> None:
-    tilt = math.radians(degrees)
-    forces = force_set(OMNIMORPH, tilt, zero_moment=True)
-    r, weight = lateral_force(OMNIMORPH, tilt), OMNIMORPH.mass * GRAVITY
-    turn = np.linspace(0.0, 2.0 * math.pi, 721)
-    around = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(721)])
-    margins = [forces.margin(r * u + [0.0, 0.0, weight]) for u in around]
-    assert min(margins) == pytest.approx(0.0, abs=2e-4 * r)
-    assert all(forces.contains(0.999 * r * u + [0.0, 0.0, weight]) for u in around)
 
 
 def test_who_pushes_sideways_and_who_need_not_ask() -> None:

@@ -8,6 +8,7 @@
 `hover_in_wakes`          the same with rotors that blow on one another; `vehicle_in_wakes`
 `mass_break_even`         whether a tilt mechanism pays for its mass
 `sensitivity`             derivatives with respect to the design
+`platform`                a vehicle in a few numbers; `lateral_reach`, `reach_over_tilts`
 `tilt_sweep`, `analyze`   the main figures over the tilt, and everything at once
 ========================  =====================================================================
 """
@@ -15,6 +16,7 @@
 from __future__ import annotations
 
 from omnimorph.analysis.actuation import actuation, singular_tilts
+from omnimorph.analysis.free_tilt import reach_over_tilts
 from omnimorph.analysis.hover import hover, hover_map, sphere_directions
 from omnimorph.analysis.morphing import (
     break_even_tilt,
@@ -30,6 +32,7 @@ from omnimorph.analysis.omnidirectional import (
     tilt_of_largest_radius,
 )
 from omnimorph.analysis.overview import analyze
+from omnimorph.analysis.platform import lateral_reach, platform
 from omnimorph.analysis.sensitivity import sensitivity
 from omnimorph.analysis.sweep import tilt_sweep
 from omnimorph.analysis.wakes import hover_in_wakes, vehicle_in_wakes
@@ -44,12 +47,15 @@ __all__ = [
     "hover_in_wakes",
     "hover_map",
     "inscribed_radius",
+    "lateral_reach",
     "level_hover_range",
     "mass_break_even",
     "mass_break_even_of",
     "mechanism_share",
     "moment_set",
     "omnidirectional_range",
+    "platform",
+    "reach_over_tilts",
     "sensitivity",
     "singular_tilts",
     "solved_mass_break_even",

@@ -1,0 +1,151 @@
+"""A vehicle in a few numbers by which platforms are compared, whatever tilts its rotors."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from omnimorph.analysis.actuation import ActuationKind, ThrustKind, actuation
+from omnimorph.analysis.free_tilt import reach_over_tilts
+from omnimorph.analysis.hover import hover, sphere_directions
+from omnimorph.analysis.omnidirectional import inscribed_radius, tilt_of_largest_radius
+from omnimorph.analysis.scaling import common_limits
+from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.dynamics import GRAVITY
+from omnimorph.protocols import FloatArray
+
+__all__ = ["Platform", "lateral_reach", "platform"]
+
+_TILTS = 61
+_DIRECTIONS, _SIDES = 200, 36
+
+
+@dataclass(frozen=True, kw_only=True)
+class Platform:
+    """What a vehicle comes to.
+
+    Attributes
+    ----------
+    name : str
+    n_rotors, n_servos : int
+    mass : float, kg
+    kind : ActuationKind
+        At the tilt of the largest radius; with several servos, while it hovers level.
+    thrust_kind : ThrustKind
+        Omnidirectional if the radius is at least the weight.
+    radius_over_weight : float
+        Largest force in every direction at zero moment over m g: exact and at the best tilt for one
+        servo or none; with tilts of its own for each of 200 directions for several.
+    lateral_over_weight : float
+        Largest sideways force beside the weight, to every side, over m g, likewise.
+    hover_power : float, W
+        Least power against drag to hover level at a tilt common to all servos; inf if it cannot.
+    """
+
+    name: str
+    n_rotors: int
+    n_servos: int
+    mass: float
+    kind: ActuationKind
+    thrust_kind: ThrustKind
+    radius_over_weight: float
+    lateral_over_weight: float
+    hover_power: float
+
+    @property
+    def hover_power_per_kg(self) -> float:
+        """Hover power over mass, W/kg."""
+        return self.hover_power / self.mass
+
+
+def platform(vehicle: Vehicle) -> Platform:
+    """Return a vehicle in a few numbers.
+
+    Raises
+    ------
+    VehicleError
+        If its servos have no tilt in common.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> found = platform(om.load_vehicle("omnimorph"))
+    >>> round(found.radius_over_weight, 3), found.thrust_kind.value, round(found.hover_power, 1)
+    (1.31, 'omnidirectional', 111.4)
+    """
+    tilts = np.unique(np.linspace(*common_limits(vehicle), _TILTS)) if vehicle.n_servos else [0.0]
+    hovers = [hover(vehicle, tilt) for tilt in tilts]
+    cheapest = min(hovers, key=lambda one: one.power)
+    weight = vehicle.mass * GRAVITY
+    radius, lateral = _forces(vehicle, tilts)
+    shown = tilt_of_largest_radius(vehicle) if vehicle.n_servos == 1 else cheapest.tilt
+    thrust_kind = (
+        ThrustKind.OMNIDIRECTIONAL
+        if radius >= weight
+        else ThrustKind.MULTI_DIRECTIONAL
+        if lateral > 1e-6 * weight
+        else ThrustKind.UNI_DIRECTIONAL
+    )
+    return Platform(
+        name=vehicle.name,
+        n_rotors=vehicle.n_rotors,
+        n_servos=vehicle.n_servos,
+        mass=vehicle.mass,
+        kind=actuation(vehicle, shown).kind,
+        thrust_kind=thrust_kind,
+        radius_over_weight=radius / weight,
+        lateral_over_weight=lateral / weight,
+        hover_power=cheapest.power,
+    )
+
+
+def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
+    """Return the largest r for which every sideways force of size r can be added to the weight.
+
+    ``(r cos φ, r sin φ, m g)`` is in the set of forces at zero moment for every φ; exact, from the
+    facets n·x ≤ h of the set: r = min (h − n_z m g) / |n_xy|.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any.
+    tilt : float or (m,) array, rad
+        Of its servos.
+
+    Returns
+    -------
+    float
+        In N; 0 if the vehicle cannot push sideways, or cannot even hover.
+
+    Examples
+    --------
+    Parallel rotors push nowhere but up; OmniMorph at 20° pushes sideways beside its weight.
+
+    >>> import omnimorph as om
+    >>> vehicle = om.load_vehicle("omnimorph")
+    >>> lateral_reach(vehicle, 0.0), round(lateral_reach(vehicle, math.radians(20.0)), 2)
+    (0.0, 4.92)
+    """
+    forces, weight = force_set(vehicle, tilt, zero_moment=True), vehicle.mass * GRAVITY
+    if forces.dimension < 3 or not forces.contains([0.0, 0.0, weight]):
+        return 0.0
+    across = np.hypot(forces.normals[:, 0], forces.normals[:, 1])
+    room = forces.offsets - weight * forces.normals[:, 2]
+    sideways = across > 1e-9
+    return float((room[sideways] / across[sideways]).min())
+
+
+def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, float]:
+    """Return the radius and the largest sideways force beside the weight, N."""
+    if vehicle.n_servos < 2:
+        best = tilt_of_largest_radius(vehicle) if vehicle.n_servos else 0.0
+        radius = inscribed_radius(vehicle, best, zero_moment=True)
+        return radius, max(lateral_reach(vehicle, float(tilt)) for tilt in tilts)
+    turn = np.linspace(0.0, 2.0 * math.pi, _SIDES, endpoint=False)
+    sides = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(_SIDES)])
+    weight = np.array([0.0, 0.0, vehicle.mass * GRAVITY])
+    radius = float(reach_over_tilts(vehicle, sphere_directions(_DIRECTIONS)).min())
+    return radius, float(reach_over_tilts(vehicle, sides, weight).min())

@@ -45,7 +45,7 @@ def scenario_of(vehicle: om.Vehicle, segments: list[Segment], **changes: Any) ->
         "gains": GAINS,
         "allocator": om.FixedTilt(**WEIGHTS),
         "reference": SegmentReference((0.0, 0.0, 1.0), np.eye(3), segments),
-        "position_first": True,
+        "attitude_gives_way": True,
     }
     return om.Scenario(**parts | changes)
 
@@ -78,7 +78,7 @@ def test_a_quadrotor_follows_a_way_that_is_asked_for_level(plant: str) -> None:
     # it turned about the vertical as it was told
     heading = np.arctan2(run.R_WB[-1, 1, 0], run.R_WB[-1, 0, 0])
     assert heading == pytest.approx(math.pi / 2, abs=0.02)
-    still = om.fly(replace(scenario, position_first=False), plant=plant)
+    still = om.fly(replace(scenario, attitude_gives_way=False), plant=plant)
     assert still.metrics.position_error_max_m > 0.5, "level, it cannot"
 
 
@@ -113,7 +113,9 @@ def test_a_vehicle_that_can_hold_every_attitude_keeps_it() -> None:
     """OmniMorph at 45°, and Case A, whose servo reaches such tilts: the same to the last bit."""
     for name in ("paper-fixed-45-a", "paper-case-a"):
         scenario = om.load_scenario(name)
-        first, second = (om.fly(replace(scenario, position_first=flag)) for flag in (False, True))
+        first, second = (
+            om.fly(replace(scenario, attitude_gives_way=flag)) for flag in (False, True)
+        )
         np.testing.assert_array_equal(first.p_WB, second.p_WB)
         np.testing.assert_array_equal(first.thrust, second.thrust)
 
@@ -127,11 +129,11 @@ def test_the_controller_stepped_from_python_does_the_same() -> None:
 
 def test_a_file_may_ask_for_it(tmp_path: Path) -> None:
     file = tmp_path / "first.toml"
-    text = 'schema = 1\nname = "first"\nbase = "hover"\ncontroller.position_first = {}\n'
+    text = 'schema = 1\nname = "first"\nbase = "hover"\ncontroller.attitude_gives_way = {}\n'
     file.write_text(text.format("true"))
     scenario = om.load_scenario(file)
-    assert scenario.position_first
-    assert scenario.as_file()["controller"]["position_first"] is True
+    assert scenario.attitude_gives_way
+    assert scenario.as_file()["controller"]["attitude_gives_way"] is True
     file.write_text(text.format('"yes"'))
-    with pytest.raises(ScenarioError, match='position_first is "yes", but it must be true or'):
+    with pytest.raises(ScenarioError, match='attitude_gives_way is "yes", but it must be true or'):
         om.load_scenario(file)

@@ -45,7 +45,7 @@ class Scenario:
         Where to be; the flight lasts as long as it does.
     start_tilt : float or (m,), rad
         The tilt at the start (and throughout, with a fixed-tilt rule).
-    position_first : bool
+    attitude_gives_way : bool
         Whether the attitude gives way where the vehicle cannot push sideways as the position needs.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
@@ -59,7 +59,7 @@ class Scenario:
     allocator: AllocationRule
     reference: Reference
     start_tilt: float | FloatArray = 0.0
-    position_first: bool = False
+    attitude_gives_way: bool = False
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
@@ -89,7 +89,7 @@ class Scenario:
     @property
     def lateral_force(self) -> float | None:
         """What the vehicle may push sideways if position goes first, N; None if it does not."""
-        if not self.position_first:
+        if not self.attitude_gives_way:
             return None
         return usable_lateral_force(self.vehicle, self.allocator, self.tilt)
 
@@ -118,7 +118,7 @@ class Scenario:
             "plant": plant,
             "controller": self.gains.as_file()
             | {"allocator": self.allocator.as_file()}
-            | ({"position_first": True} if self.position_first else {}),
+            | ({"attitude_gives_way": True} if self.attitude_gives_way else {}),
             "reference": described(self.reference),
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,

@@ -32,6 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from omnimorph.analysis.flight_worthiness import why_it_cannot_fly
 from omnimorph.control.allocators import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -41,6 +42,7 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
+from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
 from omnimorph.protocols import Reference
 from omnimorph.reference.pose_only import PoseOnly
@@ -107,7 +109,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     gains = TrackingGains.from_file(content.controller)
     rule = content.controller.allocator
     allocator = _RULES[rule.kind].from_file(rule)
-    return _named(
+    scenario = _named(
         file,
         lambda: Scenario(
             name=content.name,
@@ -118,10 +120,12 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             allocator=allocator,
             reference=_reference_from(content.reference, folder),
             start_tilt=to_SI(np.array(content.start_tilt_deg), "deg"),
-            position_first=content.controller.position_first,
+            attitude_gives_way=content.controller.attitude_gives_way,
             lost_beyond=content.lost_beyond_m,
         ),
     )
+    _check_it_can_fly(vehicle, file)
+    return scenario
 
 
 def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
@@ -203,6 +207,12 @@ def _plant_from(content: Any, name: str) -> PlantModel:
         effects=effects,
         name=name,
     )
+
+
+def _check_it_can_fly(vehicle: Vehicle, file: str) -> None:
+    reason = why_it_cannot_fly(vehicle)
+    if reason:
+        raise ScenarioError(f"{file}: vehicle {vehicle.name} cannot fly: {reason}", file=file)
 
 
 def _reference_from(content: Any, folder: Path) -> Reference:

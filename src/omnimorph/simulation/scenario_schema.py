@@ -51,7 +51,7 @@ else:
     ControllerTable = file_model(
         TrackingGains,
         allocator=(AnyRule, Field(description="a table with the kind of rule and its weights")),
-        position_first=(bool, Field(default=False, description="true or false")),
+        attitude_gives_way=(bool, Field(default=False, description="true or false")),
     )
 
 

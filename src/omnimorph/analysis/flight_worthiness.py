@@ -1,0 +1,63 @@
+"""Whether a vehicle can fly at all, and if not, why."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from omnimorph.analysis.scaling import common_limits, rank_of, whitened
+from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.dynamics import GRAVITY
+from omnimorph.protocols import FloatArray
+
+__all__ = ["why_it_cannot_fly"]
+
+_LEAST_RANK = 4  # lift and three torques
+_TILTS = 13  # over the range that all servos share
+
+
+def why_it_cannot_fly(vehicle: Vehicle) -> str:
+    """Return why a vehicle cannot hold itself in the air, in a sentence; empty if it can.
+
+    It must be able to change lift and all three torques (rank A ≥ 4), and hold its weight at zero
+    moment, at a tilt that all its servos can take.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any; its dead band is ignored.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> vehicle = om.load_vehicle("quadrotor")
+    >>> why_it_cannot_fly(vehicle)
+    ''
+    >>> why_it_cannot_fly(vehicle.replace(mass=3.0))
+    'its rotors lift at most 26 N without a moment, and it weighs 29.43 N.'
+    """
+    tilts = _tilts(vehicle)
+    ranks = [rank_of(np.linalg.svd(whitened(vehicle, tilt), compute_uv=False)) for tilt in tilts]
+    if max(ranks) < _LEAST_RANK:
+        return (
+            f"its rotors change the wrench in {max(ranks)} independent directions, and flying "
+            f"takes {_LEAST_RANK}: lift and three torques."
+        )
+    lift = max(force_set(vehicle, tilt, zero_moment=True).reach([0.0, 0.0, 1.0]) for tilt in tilts)
+    weight = vehicle.mass * GRAVITY
+    if lift <= 1e-9 * weight:
+        return "its rotors cannot push it upwards without turning it."
+    if lift < weight:
+        return (
+            f"its rotors lift at most {lift:.4g} N without a moment, and it weighs {weight:.4g} N."
+        )
+    return ""
+
+
+def _tilts(vehicle: Vehicle) -> list[FloatArray]:
+    if vehicle.n_servos == 0:
+        return [np.empty(0)]
+    low, high = common_limits(vehicle)
+    upright = np.clip(0.0, low, high)  # where most vehicles lift most
+    each = np.append(np.linspace(low, high, _TILTS), upright)
+    return [np.full(vehicle.n_servos, tilt) for tilt in each]

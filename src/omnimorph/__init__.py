@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from omnimorph import analysis, textbook
     from omnimorph.control.allocators import ExhaustiveTilt, FixedTilt, ThreeCandidates
     from omnimorph.control.controller import PoseController
+    from omnimorph.control.gains import ProposedController, propose_controller
+    from omnimorph.control.margins import StabilityMargins, stability_margins
     from omnimorph.control.tilt_cost import cost_over_tilt
     from omnimorph.control.tracking import TrackingGains
     from omnimorph.design.files import list_vehicles, load_vehicle
@@ -47,11 +49,13 @@ _HOME = {
     "Outcome": "results.run",
     "PlantModel": "simulation.plant",
     "PoseController": "control.controller",
+    "ProposedController": "control.gains",
     "Run": "results.run",
     "Scenario": "simulation.scenario",
     "SimulatedPlant": "simulation.plant",
     "SixAxisSensor": "simulation.thrust_stand",
     "SpeedProfile": "simulation.speed_profile",
+    "StabilityMargins": "control.margins",
     "State": "protocols",
     "ThreeCandidates": "control.allocators",
     "ThrustStand": "simulation.thrust_stand",
@@ -69,7 +73,9 @@ _HOME = {
     "load_run": "results.store",
     "load_scenario": "simulation.scenario_files",
     "load_vehicle": "design.files",
+    "propose_controller": "control.gains",
     "speed_steps": "simulation.speed_profile",
+    "stability_margins": "control.margins",
     "textbook": "textbook",
 }
 _MODULES = {"analysis", "effects", "textbook"}
@@ -84,11 +90,13 @@ __all__ = [
     "Outcome",
     "PlantModel",
     "PoseController",
+    "ProposedController",
     "Run",
     "Scenario",
     "SimulatedPlant",
     "SixAxisSensor",
     "SpeedProfile",
+    "StabilityMargins",
     "State",
     "ThreeCandidates",
     "ThrustStand",
@@ -107,7 +115,9 @@ __all__ = [
     "load_run",
     "load_scenario",
     "load_vehicle",
+    "propose_controller",
     "speed_steps",
+    "stability_margins",
     "textbook",
 ]
 

@@ -1,0 +1,124 @@
+"""What a vehicle has to spare while it hovers level: what its controller can count on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph.analysis.hover import hover
+from omnimorph.analysis.platform import lateral_reach
+from omnimorph.analysis.scaling import checked_tilt, searched_range
+from omnimorph.analysis.wrench_set import force_set, moment_set
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import VehicleError
+from omnimorph.model.dynamics import GRAVITY
+from omnimorph.protocols import FloatArray
+
+__all__ = ["Capability", "capability", "flown_tilts"]
+
+_TILTS = 31  # over the range of the servo
+_NONE = 1e-6  # × g: an acceleration that counts as none
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Capability:
+    """The accelerations that a vehicle can add to its weight, level, at one tilt.
+
+    Attributes
+    ----------
+    tilt : (m,) array, rad
+        Of each servo.
+    sideways : float, m/s²
+        To every side, without a moment.
+    vertical : float, m/s²
+        Both up and down, without a moment.
+    angular : (3,) array, rad/s²
+        About each axis of B, either way, while the rotors hold the weight.
+    effort : float, (rad/s)⁴
+        ‖u‖² of hovering, u = w|w|, at the tilt at which it is least.
+    """
+
+    tilt: FloatArray
+    sideways: float
+    vertical: float
+    angular: FloatArray
+    effort: float
+
+    @property
+    def leans(self) -> bool:
+        """Whether it moves sideways only by leaning."""
+        return self.sideways <= _NONE * GRAVITY
+
+
+def flown_tilts(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> list[FloatArray]:
+    """Return the tilts, rad, that the proposed rule lets a vehicle take.
+
+    One servo is moved over its range (31 tilts of it); none or several stay at `start_tilt`.
+    """
+    if vehicle.n_servos != 1:
+        return [checked_tilt(vehicle, start_tilt)]
+    return [np.array([tilt]) for tilt in np.linspace(*searched_range(vehicle, False), _TILTS)]
+
+
+def capability(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> Capability:
+    """Return what a vehicle can do at the flown tilt at which it pushes hardest sideways.
+
+    Between tilts that push alike the one with the largest vertical acceleration is taken. All from
+    the exact sets of forces and moments.
+
+    Raises
+    ------
+    VehicleError
+        If it cannot hover level, has no thrust to spare, or no moment about an axis.
+
+    Examples
+    --------
+    A quadrotor has nothing sideways; OmniMorph, between 46° and 48°, 8.9 m/s².
+
+    >>> import omnimorph as om
+    >>> found = capability(om.load_vehicle("omnimorph"))
+    >>> round(found.sideways, 1), found.leans
+    (8.9, False)
+    """
+    points = [hover(vehicle, tilt, least="norm") for tilt in flown_tilts(vehicle, start_tilt)]
+    hovering = [point for point in points if point.feasible]
+    if not hovering:
+        raise _grounded(vehicle, "it cannot hover level, so there is nothing to control it by")
+    spare = [(lateral_reach(vehicle, one.tilt), _vertical(vehicle, one.tilt)) for one in hovering]
+    (sideways, vertical), tilt = max(
+        zip(spare, (one.tilt for one in hovering), strict=True), key=lambda pair: pair[0]
+    )
+    angular = _angular(vehicle, tilt)
+    if vertical <= _NONE * GRAVITY:
+        raise _grounded(vehicle, "it hovers level, but with no thrust left to climb or to sink")
+    for axis, most in zip("xyz", angular, strict=True):
+        if most <= _NONE * GRAVITY:  # rad/s², on a lever of a metre
+            raise _grounded(vehicle, f"while it hovers level it has no moment about body {axis}")
+    thrust = np.array([point.thrust for point in hovering])
+    return Capability(
+        tilt=tilt,
+        sideways=sideways / vehicle.mass,
+        vertical=vertical,
+        angular=angular,
+        effort=float(((thrust / vehicle.thrust_coefficient) ** 2).sum(axis=1).min()),
+    )
+
+
+def _vertical(vehicle: Vehicle, tilt: FloatArray) -> float:
+    """Return the acceleration, m/s², that is there both up and down without a moment."""
+    least, most = force_set(vehicle, tilt, zero_moment=True).stretch([0.0, 0.0, 1.0])
+    return min(most / vehicle.mass - GRAVITY, GRAVITY - least / vehicle.mass)
+
+
+def _angular(vehicle: Vehicle, tilt: FloatArray) -> FloatArray:
+    """Return the angular acceleration, rad/s², (3,), about each axis either way at hover."""
+    moments = moment_set(vehicle, tilt, force=[0.0, 0.0, vehicle.mass * GRAVITY])
+    per_unit = vehicle.inertia  # column i: the moment that gives 1 rad/s² about axis i at rest
+    return np.array([min(moments.reach(J), moments.reach(-J)) for J in per_unit.T])
+
+
+def _grounded(vehicle: Vehicle, reason: str) -> VehicleError:
+    place = f"vehicle {vehicle.name}"
+    return VehicleError(f"{place}: no controller is proposed: {reason}.", file=place)

@@ -53,7 +53,7 @@ WRONG_CONTROLLER = [
     ("= 300.0", "= true", "controller.position_per_s2", "is true, but it must be one number"),
     ("= 300.0", "= [1.0, 2.0]", "controller.position_per_s2", "or three (x, y, z)"),
     ("= 300.0", "= inf", "controller.position_per_s2", "is inf, but it must be one number"),
-    ("position_per_s2", "position", "controller.position", "did you mean position_per_s2"),
+    ("position_per_s2", "position_s2", "controller.position_s2", "did you mean position_per_s2"),
     ('"three-candidates"', '"two"', "controller.allocator.kind", "exhaustive-tilt, fixed-tilt"),
     (
         'kind = "three-candidates"',
@@ -358,7 +358,8 @@ def test_catalogue_loads_and_says_everything_it_flies(name: str) -> None:
     content = json.loads(json.dumps(scenario.as_file()))
     assert content["name"] == name == scenario.name
     assert scenario.title
-    assert content["controller"]["position_per_s2"] == 300.0
+    assert content["controller"].get("proposed", False) == scenario.proposed
+    assert scenario.proposed or content["controller"]["position_per_s2"] == 300.0
     assert content["controller"]["allocator"]["kind"] == scenario.allocator.kind
     assert {effect["kind"] for effect in content["plant"]["effects"]} == {
         effect.kind for effect in scenario.plant.effects

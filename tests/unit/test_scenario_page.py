@@ -119,6 +119,7 @@ def test_keys_of_the_controller_are_named(record: type[Record]) -> None:
         schema.ScenarioFile,
         schema.PlantFile,
         schema.PlantTable,
+        schema.ProposedTable,
         schema.Segments,
         schema.SegmentTable,
         schema.Waypoints,

@@ -30,6 +30,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a name that `omnimorph scenarios` lists, or a TOML file",
     )
     parser.add_argument(
+        "--vehicle",
+        metavar="VEHICLE",
+        help="fly another vehicle: a name that `omnimorph vehicles` lists, or a TOML file",
+    )
+    parser.add_argument(
         "--plant",
         metavar="PLANT",
         help="fly in another plant: perfect, realistic, or a TOML file",
@@ -50,7 +55,10 @@ def answer(options: argparse.Namespace) -> console.Answer:
     import omnimorph as om
 
     scenario = om.load_scenario(options.scenario)
-    out = options.out or Path("runs", _folder_name(scenario.name, options.plant, options.seed))
+    if options.vehicle is not None:
+        scenario = scenario.for_vehicle(om.load_vehicle(options.vehicle))
+    changes = [Path(name).stem for name in (options.vehicle, options.plant) if name]
+    out = options.out or Path("runs", _folder_name(scenario.name, changes, options.seed))
     check_folder(out)
     with console.Progress(f"flying {scenario.name}") as progress:
         run = om.fly(scenario, seed=options.seed, plant=options.plant, progress=progress)
@@ -66,9 +74,9 @@ def answer(options: argparse.Namespace) -> console.Answer:
     )
 
 
-def _folder_name(scenario: str, plant: str | None, seed: int) -> str:
+def _folder_name(scenario: str, changes: list[str], seed: int) -> str:
     """Return a name without anything that means something in a path."""
-    parts = [scenario, *([Path(plant).stem] if plant else []), f"seed{seed}"]
+    parts = [scenario, *changes, f"seed{seed}"]
     return re.sub(r"[^\w.-]+", "-", "-".join(parts)).lstrip(".-")
 
 

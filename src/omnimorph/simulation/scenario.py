@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
+from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
+from omnimorph.simulation.effects import CommandDelay
 from omnimorph.simulation.plant import PlantModel
 
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
 
-__all__ = ["Scenario"]
+__all__ = ["Scenario", "described", "proposed_controller"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,6 +49,9 @@ class Scenario:
         The tilt at the start (and throughout, with a fixed-tilt rule).
     attitude_gives_way : bool
         Whether the attitude gives way where the vehicle cannot push sideways as the position needs.
+    proposed : bool
+        Whether gains and allocator are those that `propose_controller` gives for the vehicle, the
+        plant's control period and its command delay, so that `for_vehicle` proposes new ones.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
     """
@@ -60,6 +65,7 @@ class Scenario:
     reference: Reference
     start_tilt: float | FloatArray = 0.0
     attitude_gives_way: bool = False
+    proposed: bool = False
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
@@ -93,6 +99,37 @@ class Scenario:
             return None
         return usable_lateral_force(self.vehicle, self.allocator, self.tilt)
 
+    def for_vehicle(self, vehicle: Vehicle) -> Scenario:
+        """Return the same scenario with another vehicle, and with its own controller if proposed.
+
+        A start tilt that all servos share is kept, or as near to it as the new ones turn.
+
+        Parameters
+        ----------
+        vehicle : Vehicle
+            The other one.
+
+        Raises
+        ------
+        ScenarioError, VehicleError
+            If the controller, the plant or the start tilt does not fit, or none can be proposed.
+
+        Examples
+        --------
+        >>> import omnimorph as om
+        >>> tour = om.load_scenario("tour").for_vehicle(om.load_vehicle("omnimorph-2026"))
+        >>> tour.vehicle.name, tour.title
+        ('omnimorph-2026', 'Climb, sideways, turn by 90 degrees and back: a tour for any vehicle')
+        """
+        tilt = np.asarray(self.start_tilt, dtype=np.float64)
+        if (tilt == tilt.flat[:1]).all():
+            common = np.full(vehicle.n_servos, tilt.flat[0] if tilt.size else 0.0)
+            tilt = common.clip(vehicle.servo_angle_min, vehicle.servo_angle_max)
+        gains, allocator = self.gains, self.allocator
+        if self.proposed:
+            gains, allocator = proposed_controller(vehicle, self.plant, tilt)
+        return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
+
     def build_controller(self) -> PoseController:
         """Return the scenario's controller, to be stepped from Python."""
         from omnimorph.control.controller import PoseController
@@ -118,11 +155,21 @@ class Scenario:
             "plant": plant,
             "controller": self.gains.as_file()
             | {"allocator": self.allocator.as_file()}
-            | ({"attitude_gives_way": True} if self.attitude_gives_way else {}),
+            | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
+            | ({"proposed": True} if self.proposed else {}),
             "reference": described(self.reference),
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,
         }
+
+
+def proposed_controller(
+    vehicle: Vehicle, plant: PlantModel, start_tilt: float | FloatArray
+) -> tuple[TrackingGains, AllocationRule]:
+    """Return what is proposed for a vehicle at a plant's control period and command delay."""
+    delay = sum(effect.time for effect in plant.effects if isinstance(effect, CommandDelay))
+    proposal = propose_controller(vehicle, plant.control_period, delay, start_tilt)
+    return proposal.gains, proposal.allocator
 
 
 def described(part: object) -> dict[str, Any]:

@@ -8,7 +8,7 @@
     vehicle = "omnimorph"            # a catalogue name, or a file beside this one
     plant = "realistic"              # likewise, or a table [plant]
 
-    [controller]                     # gains; left out, the paper's
+    [controller]                     # gains; left out, the paper's (or only: proposed = true)
     [controller.allocator]
     kind = "three-candidates"
     W1_per_Hz4 = 1e-8
@@ -33,7 +33,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import why_it_cannot_fly
-from omnimorph.control.allocators import RULES
+from omnimorph.control.allocators import RULES, AllocationRule
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
     catalogue_names,
@@ -42,6 +42,7 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
+from omnimorph.design.records import file_model
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
 from omnimorph.protocols import Reference
@@ -51,7 +52,7 @@ from omnimorph.reference.segments import Segment, SegmentReference, segments_fro
 from omnimorph.simulation import scenario_schema as schema
 from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant import PlantModel
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario import Scenario, proposed_controller
 from omnimorph.units import to_SI
 
 __all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
@@ -98,18 +99,22 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     45.0
     """
     document, file = _with_bases(name_or_path, [])
+    _check_told_once(document, file)
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = _named(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
+    _check_it_can_fly(vehicle, file)
     if isinstance(content.plant, str):
         beside = _beside(content.plant, folder)
         plant = _named(file, lambda: load_plant(beside))
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
-    gains = TrackingGains.from_file(content.controller)
-    rule = content.controller.allocator
-    allocator = _RULES[rule.kind].from_file(rule)
-    scenario = _named(
+    start_tilt = to_SI(np.array(content.start_tilt_deg), "deg")
+    controller = content.controller
+    gains, allocator = _named(
+        file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
+    )
+    return _named(
         file,
         lambda: Scenario(
             name=content.name,
@@ -119,13 +124,12 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             gains=gains,
             allocator=allocator,
             reference=_reference_from(content.reference, folder),
-            start_tilt=to_SI(np.array(content.start_tilt_deg), "deg"),
-            attitude_gives_way=content.controller.attitude_gives_way,
+            start_tilt=start_tilt,
+            attitude_gives_way=controller.attitude_gives_way,
+            proposed=controller.proposed,
             lost_beyond=content.lost_beyond_m,
         ),
     )
-    _check_it_can_fly(vehicle, file)
-    return scenario
 
 
 def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
@@ -138,6 +142,7 @@ def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
     """
     file, text = find_document(name_or_path, _folder("plants"), "plant", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
+    _check_told_once(document, file)
     content = check_document(schema.PlantFile, document, file, ScenarioError)
     return _named(file, lambda: _plant_from(content.plant, content.name))
 
@@ -159,6 +164,11 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
         raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
     below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
     below = _seen_from_above(below, Path(base).parent)
+    if _is_proposed(document):
+        kept = ("proposed", "attitude_gives_way")  # the base's gains and allocator would not be flown
+        controller = below.get("controller")
+        if isinstance(controller, dict):
+            below["controller"] = {key: controller[key] for key in kept if key in controller}
     if "name" not in document:
         raise ScenarioError.at(file, "name", MISSING, "the scenario's own name")
     return _laid_over(document, below), file
@@ -196,6 +206,31 @@ def _beside(name: str, folder: Path) -> str:
     """Return a path that a file mentions, relative to the file's folder; names stay as they are."""
     is_path = name.endswith((".toml", ".csv")) or os.sep in name
     return str(folder / name) if is_path else name
+
+
+def _is_proposed(document: Document) -> bool:
+    controller = document.get("controller")
+    return isinstance(controller, dict) and controller.get("proposed") is True
+
+
+def _check_told_once(document: Document, file: str) -> None:
+    """Refuse a controller that is proposed and told: nobody could see which of them flies."""
+    if not _is_proposed(document):
+        return
+    told = {*file_model(TrackingGains, allocator=(Any, None)).model_fields}
+    for key, value in document["controller"].items():
+        if key in told:
+            allowed = "left out where proposed = true, or proposed must be false"
+            raise ScenarioError.at(file, f"controller.{key}", value, allowed)
+
+
+def _controller_from(
+    content: Any, vehicle: Vehicle, plant: PlantModel, start_tilt: Any
+) -> tuple[TrackingGains, AllocationRule]:
+    if isinstance(content, schema.ProposedTable):
+        return proposed_controller(vehicle, plant, start_tilt)
+    rule = content.allocator
+    return TrackingGains.from_file(content), _RULES[rule.kind].from_file(rule)
 
 
 def _plant_from(content: Any, name: str) -> PlantModel:

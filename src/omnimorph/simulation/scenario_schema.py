@@ -20,7 +20,7 @@ from omnimorph.design.schema import Number, Table, Vector
 from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant import INTEGRATORS
 
-__all__ = ["PlantFile", "Samples", "ScenarioFile", "Waypoints"]
+__all__ = ["PlantFile", "ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
 
 _SECONDS = "a positive number of seconds"
 _MILLISECONDS = "a positive number of milliseconds"
@@ -52,7 +52,15 @@ else:
         TrackingGains,
         allocator=(AnyRule, Field(description="a table with the kind of rule and its weights")),
         attitude_gives_way=(bool, Field(default=False, description="true or false")),
+        proposed=(bool, Field(default=False, description="true or false")),
     )
+
+
+class ProposedTable(Table):
+    """``[controller]`` whose gains and allocator come from the vehicle."""
+
+    proposed: Literal[True] = Field(description="true or false")
+    attitude_gives_way: bool = Field(default=False, description="true or false")
 
 
 class SegmentTable(Table):
@@ -146,6 +154,19 @@ AnyPlant = Annotated[
 ]
 
 
+def _proposed_or_told(value: Any) -> str:
+    """Tell which of the two a controller is, so that only its own mistakes are told."""
+    proposed = value.get("proposed") if isinstance(value, dict) else getattr(value, "proposed", 0)
+    return "ProposedTable" if proposed is True else TrackingGains.__name__
+
+
+AnyController = Annotated[
+    Annotated[ProposedTable, Tag("ProposedTable")]
+    | Annotated[ControllerTable, Tag(TrackingGains.__name__)],
+    Discriminator(_proposed_or_told),
+]
+
+
 class ScenarioFile(Table):
     """A scenario file, with those it is based on already merged in."""
 
@@ -156,7 +177,7 @@ class ScenarioFile(Table):
     title: str = Field(default="", description="one line of text")
     vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")
     plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
-    controller: ControllerTable = Field(description="a table with the allocator and the gains")
+    controller: AnyController = Field(description="a table with the allocator and the gains")
     reference: AnyReference = Field(description="a table with the kind of reference")
     start_tilt_deg: Number | list[Number] = Field(
         default=0.0, description="a finite number of degrees, or one for each servo"

@@ -9,7 +9,14 @@ from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = ["angles_in_degrees", "folder", "one_of_the_list", "positive_number", "seed_number"]
+__all__ = [
+    "angles_in_degrees",
+    "folder",
+    "milliseconds",
+    "one_of_the_list",
+    "positive_number",
+    "seed_number",
+]
 
 _LARGEST = 2**64 - 1
 
@@ -42,6 +49,27 @@ def folder(text: str) -> Path:
     if not text:
         raise InputError.at("the command line", "--out", text, "the name of a folder")
     return Path(text)
+
+
+def milliseconds(option: str) -> Callable[[str], float]:
+    """Return a function that reads milliseconds as seconds, and names the option if it cannot.
+
+    Examples
+    --------
+    >>> milliseconds("--delay-ms")("20")
+    0.02
+    """
+
+    def read(text: str) -> float:
+        try:
+            seconds = 1e-3 * float(text)
+        except ValueError:
+            seconds = math.nan
+        if not math.isfinite(seconds):
+            raise InputError.at("the command line", option, text, "a number of milliseconds")
+        return seconds
+
+    return read
 
 
 def one_of_the_list(parser: ArgumentParser, what: str) -> None:

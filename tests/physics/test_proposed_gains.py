@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -204,3 +205,34 @@ def test_times_are_checked(times: dict[str, float]) -> None:
         om.propose_controller(OMNIMORPH, **times)
     with pytest.raises(InputError, match="but it must be a"):
         om.stability_margins(om.TrackingGains(), OMNIMORPH, **times)
+
+
+# --- the page -------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_the_page_tells_what_comes_out() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "gains.md").read_text(encoding="utf-8")
+    papers = om.load_scenario("paper-case-b")
+    proposal = om.propose_controller(OMNIMORPH)
+    own = replace(papers, gains=proposal.gains, allocator=proposal.allocator)
+    cells: list[list[str]] = []
+    for scenario in (papers, own):
+        margins = om.stability_margins(scenario.gains, OMNIMORPH)
+        metrics = om.fly(scenario).metrics
+        both = [0, 3]
+        w, phase = margins.crossover[both], np.degrees(margins.phase_margin[both])
+        delay = 1e3 * margins.delay_margin[both]
+        mean, most = metrics.position_error_mean_m * 1e3, metrics.position_error_max_m * 1e3
+        cells.append(
+            [
+                f"{w[0]:.1f}, {w[1]:.1f} rad/s",
+                f"{phase[0]:.0f}°, {phase[1]:.0f}°",
+                f"{delay[0]:.1f}, {delay[1]:.1f} ms",
+                f"{mean:.2f}, {most:.1f} mm",
+                f"{metrics.attitude_error_mean_rad:.4f}",
+                f"{metrics.drag_energy_paper:.0f}",
+            ]
+        )
+    for first, second in zip(*cells, strict=True):
+        assert f"| {first} | {second} |" in page

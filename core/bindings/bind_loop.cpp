@@ -17,18 +17,19 @@ namespace {
 using Settings = ControllerSettings<double, 0>;
 
 Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
-                                  const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, double tilt_change,
-                                  int candidates, std::optional<double> lateral_force, double control_period) {
+                                  const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, const Array& tilt_change,
+                                  int candidates, double tilt_change_weight, std::optional<double> lateral_force, double control_period) {
     for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
     expect_size(acceleration, 6, "acceleration");
-    if (rule != AllocationRule::fixed_tilt && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
-    if (rule != AllocationRule::fixed_tilt && (candidates < 3 || candidates % 2 == 0)) throw nb::value_error("candidates are odd and three or more");
+    const bool searches = rule == AllocationRule::best_in_window || rule == AllocationRule::towards_best_in_range;
+    if (searches && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
+    if (searches && (candidates < 3 || candidates % 2 == 0)) throw nb::value_error("candidates are odd and three or more");
     Settings s;
     s.gains = {vector_from<3>(velocity.data()), vector_from<3>(position.data()), vector_from<3>(rate.data()), vector_from<3>(attitude.data())};
     s.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
-                 vector_from<6>(acceleration.data())};
+                 vector_from<6>(acceleration.data()), tilt_change_weight};
     s.rule = rule;
-    s.tilt_change = tilt_change;
+    s.tilt_change = per_servo_from(tilt_change, vehicle.n_servos, "tilt_change");
     s.candidates = candidates;
     if (lateral_force) s.position_first = PositionFirst<double>(*lateral_force, vehicle.mass, control_period);
     return s;
@@ -158,10 +159,12 @@ void bind_loop(nb::module_& m) {
     nb::enum_<AllocationRule>(m, "AllocationRule")
         .value("FIXED_TILT", AllocationRule::fixed_tilt)
         .value("BEST_IN_WINDOW", AllocationRule::best_in_window)
-        .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range);
+        .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range)
+        .value("JOINTLY", AllocationRule::jointly);
     nb::class_<Settings>(m, "ControllerSettings");
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
-          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a, "lateral_force"_a.none(), "control_period"_a);
+          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a, "tilt_change_weight"_a, "lateral_force"_a.none(),
+          "control_period"_a);
     nb::class_<AllocationView>(m, "Allocation")
         .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
         .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })

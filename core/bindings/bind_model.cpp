@@ -94,16 +94,18 @@ Numbers thrust_lost(const AnyVehicle& v, const Array& tilt, const Array& speed, 
 
 std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower, const Array& upper, const Array& start) {
     const int n = static_cast<int>(g.size());
-    if (n < 1 || n > most_rotors) throw nb::value_error("a box QP has 1 to 18 variables");
+    if (n < 1 || n > most_rotors + most_servos) throw nb::value_error("a box QP has 1 to 36 variables");
     expect_size(H, static_cast<std::size_t>(n * n), "H");
     BoxQp<double, 0> qp(n);
-    qp.g = per_rotor_from(g, n, "g");
-    qp.lower = per_rotor_from(lower, n, "lower");
-    qp.upper = per_rotor_from(upper, n, "upper");
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) qp.H[i][j] = H.data()[i * n + j];
+    for (const Array* each : {&lower, &upper, &start}) expect_size(*each, static_cast<std::size_t>(n), "lower, upper or start");
     BoxQpSolution<double, 0> s;
-    s.active = per_rotor_from(start, n, "start");
+    for (int i = 0; i < n; ++i) {
+        qp.g[i] = g.data()[i];
+        qp.lower[i] = lower.data()[i];
+        qp.upper[i] = upper.data()[i];
+        s.active[i] = start.data()[i];
+        for (int j = 0; j < n; ++j) qp.H[i][j] = H.data()[i * n + j];
+    }
     solve(qp, s);
     const std::size_t size = static_cast<std::size_t>(n);
     return {new_array(s.x.a, {size}), new_array(s.active.a, {size}), s.kkt_residual, s.iterations};

@@ -16,7 +16,7 @@ AnyAllocation uncounted(const Allocation<double, N>& a, int n) {
 class CountedController final : public AnyController {
   public:
     CountedController(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start)
-        : controller_(Vehicle<double, N>(vehicle), {settings, vehicle.n_rotors}, counted(start, vehicle.n_rotors)) {
+        : controller_(Vehicle<double, N>(vehicle), {settings, vehicle.n_rotors, vehicle.n_servos}, counted(start, vehicle.n_rotors)) {
         n_rotors = vehicle.n_rotors;
         n_servos = vehicle.n_servos;
     }
@@ -35,7 +35,7 @@ class CountedFlight final : public AnyFlight {
   public:
     explicit CountedFlight(const FlightParts& parts)
         : flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
-                  ControllerSettings<double, N>(parts.controller, parts.model.n_rotors), *parts.reference, parts.start,
+                  ControllerSettings<double, N>(parts.controller, parts.model.n_rotors, parts.model.n_servos), *parts.reference, parts.start,
                   counted(parts.command, parts.model.n_rotors), parts.settings, parts.record) {
         n_rotors = parts.model.n_rotors;
         n_servos = parts.model.n_servos;

@@ -56,7 +56,8 @@ struct Rule {
 constexpr Rule rules[] = {{"three candidates", AllocationRule::best_in_window, 3},
                           {"three candidates, position first", AllocationRule::best_in_window, 3, true},
                           {"the best in the window", AllocationRule::best_in_window, 7},
-                          {"towards the best in the range", AllocationRule::towards_best_in_range, 13}};
+                          {"towards the best in the range", AllocationRule::towards_best_in_range, 13},
+                          {"thrusts and tilt jointly", AllocationRule::jointly, 0}};
 
 /// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
 template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t flight) {
@@ -71,7 +72,7 @@ template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integr
     Command<T, N> command{cast<T, N>(hover.thrust, paper::rotors), cast<T>(hover.tilt, 1)};
     Plant<T, N> plant(PlantSettings<T, N>(settings), {cast<T>(start.p), cast<T>(start.v), cast<T>(start.R), cast<T>(start.w)}, command);
     const Vehicle<T, N> model(vehicle);
-    Controller<T, N> controller(model, {controller_settings, paper::rotors}, command);
+    Controller<T, N> controller(model, {controller_settings, paper::rotors, 1}, command);
     const Reference reference = paper::flight();
     auto memory = MeasurementNoise<T>::at_rest();
     for (long k = 0; k < steps; ++k) {

@@ -51,7 +51,7 @@ inline ControllerSettings<double, rotors> case_a(const Vehicle<double, rotors>& 
     s.weights.acceleration = {{3e6, 3e6, 3e6, 1e3, 1e3, 1e3}};
     s.rule = AllocationRule::best_in_window;
     s.candidates = 3;
-    s.tilt_change = v.rate_max[0] * control_period;
+    s.tilt_change[0] = v.rate_max[0] * control_period;
     return s;
 }
 

@@ -16,7 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from omnimorph import analysis, textbook
-    from omnimorph.control.allocators import ExhaustiveTilt, FixedTilt, ThreeCandidates
+    from omnimorph.control.allocators import (
+        ExhaustiveTilt,
+        FixedTilt,
+        JointTilt,
+        ThreeCandidates,
+    )
     from omnimorph.control.controller import PoseController
     from omnimorph.control.gains import ProposedController, propose_controller
     from omnimorph.control.margins import StabilityMargins, stability_margins
@@ -45,6 +50,7 @@ _HOME = {
     "ExhaustiveTilt": "control.allocators",
     "FixedTilt": "control.allocators",
     "InputError": "errors",
+    "JointTilt": "control.allocators",
     "OmnimorphError": "errors",
     "Outcome": "results.run",
     "PlantModel": "simulation.plant",
@@ -86,6 +92,7 @@ __all__ = [
     "ExhaustiveTilt",
     "FixedTilt",
     "InputError",
+    "JointTilt",
     "OmnimorphError",
     "Outcome",
     "PlantModel",

@@ -67,10 +67,12 @@ class AllocationRule(enum.Enum):
 
     TOWARDS_BEST_IN_RANGE = 2
 
+    JOINTLY = 3
+
 class ControllerSettings:
     pass
 
-def make_controller_settings(vehicle: Vehicle, *, velocity: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], attitude: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], acceleration: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rule: AllocationRule, tilt_change: float, candidates: int, lateral_force: float | None, control_period: float) -> ControllerSettings: ...
+def make_controller_settings(vehicle: Vehicle, *, velocity: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rate: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], attitude: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], input_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], acceleration: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], rule: AllocationRule, tilt_change: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], candidates: int, tilt_change_weight: float, lateral_force: float | None, control_period: float) -> ControllerSettings: ...
 
 class Allocation:
     @property

@@ -17,6 +17,7 @@ from tests.unit.tilt_searches import (
     costs_told,
     random_step,
     range_of,
+    steps_of,
     told_by_textbook,
     window_of,
 )
@@ -25,7 +26,7 @@ import omnimorph as om
 from omnimorph.control.allocators import Span
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
-from omnimorph.results.run import COLUMNS, Run
+from omnimorph.results.run import COLUMNS
 from omnimorph.simulation.scenario import Scenario
 
 PERIOD = 0.004  # s
@@ -129,21 +130,6 @@ def test_a_tie_stays(vehicle: Vehicle, span: Span, tilt: float) -> None:
 # --- in flight ----------------------------------------------------------------------------------
 
 
-def steps_of(run: Run, scenario: Scenario, every: int) -> list[ControlStep]:
-    """Return control steps of a flight: its states, what they ask for, the command before."""
-    from omnimorph import textbook
-
-    held = round(run.provenance.control_period / run.provenance.physics_step)
-    steps = []
-    for k in range(held, len(run.time) - 1, every * held):
-        state = om.State(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k])
-        desired = scenario.reference(float(run.time[k]))
-        wanted = textbook.reference_acceleration(state, desired, textbook.PAPER_GAINS)
-        before = float(run.tilt_command[k - 1, 0])
-        steps.append(ControlStep(state, wanted, run.thrust[k - 1], before))
-    return steps
-
-
 @pytest.mark.parametrize("case", ["a", "b"])
 def test_along_a_flight_no_step_costs_more_than_with_three_candidates(case: str) -> None:
     scenario = om.load_scenario(f"paper-case-{case}")
@@ -219,7 +205,8 @@ def test_a_vehicle_without_its_one_servo_is_refused(servos: int, span: Span) -> 
     vehicle = several if servos == 2 else none
     with pytest.raises(ScenarioError) as caught:
         om.PoseController(vehicle, om.TrackingGains(), searched("b", span, 3), PERIOD)
+    allowed = "joint-tilt or fixed-tilt" if servos else "fixed-tilt"
     assert str(caught.value) == (
         f'vehicle small with {servos} servos: controller.allocator is "exhaustive-tilt", '
-        "but it must be a rule for any number of servos, such as fixed-tilt."
+        f"but it must be {allowed}."
     )

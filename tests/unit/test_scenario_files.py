@@ -54,7 +54,12 @@ WRONG_CONTROLLER = [
     ("= 300.0", "= [1.0, 2.0]", "controller.position_per_s2", "or three (x, y, z)"),
     ("= 300.0", "= inf", "controller.position_per_s2", "is inf, but it must be one number"),
     ("position_per_s2", "position_s2", "controller.position_s2", "did you mean position_per_s2"),
-    ('"three-candidates"', '"two"', "controller.allocator.kind", "exhaustive-tilt, fixed-tilt"),
+    (
+        '"three-candidates"',
+        '"two"',
+        "controller.allocator.kind",
+        "exhaustive-tilt, joint-tilt, fixed-tilt",
+    ),
     (
         'kind = "three-candidates"',
         "",
@@ -147,6 +152,23 @@ def test_wrong_search_of_the_tilt_is_refused(
     error = refusal(tmp_path, changed(TOP, 'kind = "three-candidates"', rule) + SEGMENTS)
     assert error.key == f"controller.allocator.{key}"
     assert allowed in str(error)
+
+
+@pytest.mark.parametrize("value", ["-1.0", "nan", "inf", '"1"', "[1.0]", "true"])
+def test_wrong_weight_on_the_motion_of_tilts_is_refused(tmp_path: Path, value: str) -> None:
+    rule = f'kind = "joint-tilt"\nW4 = {value}'
+    error = refusal(tmp_path, changed(TOP, 'kind = "three-candidates"', rule) + SEGMENTS)
+    assert error.key == "controller.allocator.W4"
+    assert "but it must be a number, not negative" in str(error)
+
+
+@pytest.mark.parametrize(("line", "W4"), [("", 0.0), ("\nW4 = 2.5", 2.5)])
+def test_joint_tilt_is_read_as_it_is_written(tmp_path: Path, line: str, W4: float) -> None:
+    rule = f'kind = "joint-tilt"{line}'
+    scenario = load(tmp_path, changed(TOP, 'kind = "three-candidates"', rule) + SEGMENTS)
+    assert isinstance(scenario.allocator, om.JointTilt)
+    assert scenario.allocator.W4 == W4
+    assert scenario.as_file()["controller"]["allocator"]["W4"] == W4
 
 
 def test_exhaustive_tilt_is_read_as_it_is_written(tmp_path: Path) -> None:

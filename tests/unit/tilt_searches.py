@@ -14,6 +14,8 @@ from omnimorph import textbook
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
+from omnimorph.results.run import Run
+from omnimorph.simulation.scenario import Scenario
 from omnimorph.units import to_SI
 
 CASE_A: dict[str, Any] = {
@@ -91,6 +93,19 @@ def range_of(vehicle: Vehicle, tilt: float, count: int) -> FloatArray:
     """Return a tilt, then those evenly spaced over the servo's range."""
     low, high = float(vehicle.servo_angle_min[0]), float(vehicle.servo_angle_max[0])
     return np.concatenate([[tilt], np.linspace(low, high, count)])
+
+
+def steps_of(run: Run, scenario: Scenario, every: int) -> list[ControlStep]:
+    """Return control steps of a flight: its states, what they ask for, the command before."""
+    held = round(run.provenance.control_period / run.provenance.physics_step)
+    steps = []
+    for k in range(held, len(run.time) - 1, every * held):
+        state = om.State(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k])
+        desired = scenario.reference(float(run.time[k]))
+        wanted = textbook.reference_acceleration(state, desired, textbook.PAPER_GAINS)
+        before = float(run.tilt_command[k - 1, 0])
+        steps.append(ControlStep(state, wanted, run.thrust[k - 1], before))
+    return steps
 
 
 EPSILON = math.radians(100.0) * 0.004

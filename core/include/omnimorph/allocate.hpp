@@ -1,41 +1,10 @@
-// Allocation: the thrusts, and the tilt, that come closest to an acceleration under limits (the paper's eqs. 15 and 16).
-//
-// At a fixed tilt the paper's problem, with the dynamics q̈ = M⁻¹(μ + J_R A(α) f) put in, is a box QP in the thrusts:
-//
-//     J(f) = ‖u‖²_W1 + ‖q̈_r − q̈‖²_W2 + ‖u − u⁻‖²_W3,   u = f / c_f in Hz²
-//
-// written in x = f / f_scale and divided by the mean of the diagonal of its Hessian, so that tolerances mean the same for
-// every vehicle. The cost is summed term by term, never through x'Hx: the candidates differ by less than the cancellation.
+// Allocation at tilts that are given or tried one by one: at each, the problem is a box QP in the thrusts, divided by the
+// mean of the diagonal of its Hessian, so that tolerances mean the same for every vehicle.
 #pragma once
 
-#include "box_qp.hpp"
-#include "tracking.hpp"
-#include "wrench.hpp"
+#include "allocation_problem.hpp"
 
 namespace omnimorph {
-
-template <class T, int N> struct AllocationWeights {
-    PerRotor<T, N> input, input_change;  // W1 and W3, for thrust: 1/N²
-    Vec6<T> acceleration;                // W2: s⁴/m² then s⁴/rad²
-};
-
-/// An answer that proves itself.
-template <class T, int N> struct Allocation {
-    Command<T, N> command;
-    PerRotor<T, N> active;  // -1 at the least thrust, 0 free, +1 at the largest
-    T cost, kkt_residual;
-    Vec6<T> wrench_asked;   // in B, by the model
-};
-
-/// Newton and Euler solved for the wrench: [m Rᵀ(p̈ + g e3) ; J ẇ + w x J w], in B.
-template <class T, int N>
-inline Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& state, const Vec6<T>& acceleration) {
-    const Vec3<T> linear{{acceleration[0], acceleration[1], acceleration[2] + T(gravity)}};
-    const Vec3<T> angular{{acceleration[3], acceleration[4], acceleration[5]}};
-    const Vec3<T> force = vehicle.mass * transpose_times(state.R, linear);
-    const Vec3<T> torque = vehicle.inertia * angular + cross(state.w, vehicle.inertia * state.w);
-    return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
-}
 
 /// Where the tilts lie that one control step tries: a step to either side of α⁻, or anywhere in the servo's limits.
 enum class TiltSpan { window, range };
@@ -57,22 +26,9 @@ template <class T> struct TiltCandidates {
     }
 };
 
-template <class T, int N> class Allocator {
+template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
   public:
-    Allocator(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
-        : vehicle_(vehicle), weights_(weights), scale_(thrust_scale(vehicle)), map_(thrust_wrench_map(vehicle, scale_)) {
-        for (int i = 0; i < vehicle.n_rotors; ++i) {
-            lower_[i] = vehicle.thrust_min(i) / scale_[i];
-            upper_[i] = vehicle.thrust_max(i) / scale_[i];
-            diagonal_[i] = (weights.input[i] + weights.input_change[i]) * scale_[i] * scale_[i];
-        }
-        for (int r = 0; r < 3; ++r) {
-            root_weight_[r] = square_root(weights.acceleration[r]);
-            root_weight_[3 + r] = square_root(weights.acceleration[3 + r]);
-            linear_gain_[r] = root_weight_[r] / vehicle.mass;
-        }
-        weigh_torques();
-    }
+    using AllocationProblem<T, N>::AllocationProblem;
 
     /// The thrusts at the previous tilt.
     Allocation<T, N> at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous) const {
@@ -108,55 +64,22 @@ template <class T, int N> class Allocator {
         }
     }
 
-  private:
-    using Lanes = Pack<Scalar<T>, 4>;  // candidates of one vehicle
+  protected:
+    using Problem = AllocationProblem<T, N>;
+    using typename Problem::Target;
+    using Problem::diagonal_, Problem::lower_, Problem::map_, Problem::scale_, Problem::upper_, Problem::vehicle_, Problem::weights_;
 
-    static PerRotor<T, N> thrust_scale(const Vehicle<T, N>& vehicle) {
-        PerRotor<T, N> scale{};
-        for (int i = 0; i < vehicle.n_rotors; ++i)
-            scale[i] = maximum(magnitude(vehicle.thrust_min(i)), magnitude(vehicle.thrust_max(i)));
-        return scale;
-    }
-
-    /// W2^½ J⁻¹ is the same in every attitude: the torque rows of the map hold it from the beginning.
-    void weigh_torques() {
-        Mat3<T> gain;
-        for (int r = 0; r < 3; ++r)
-            for (int c = 0; c < 3; ++c) gain[r][c] = root_weight_[3 + r] * vehicle_.inertia_inverse[r][c];
-        for (int i = 0; i < vehicle_.n_rotors; ++i)
-            for (Vec6<T>* column : {&map_.constant[i], &map_.cosine[i], &map_.sine[i]}) {
-                const Vec3<T> torque = gain * torque_of(*column);
-                for (int r = 0; r < 3; ++r) (*column)[3 + r] = torque[r];
-            }
-    }
-
-    /// What does not depend on the tilt: W2^½ R / m, the force part of C = W2^½ M⁻¹ J_R, and b = W2^½ (q̈_r − M⁻¹ μ).
-    struct Target {
-        Mat3<T> force_gain;
-        Vec6<T> b, wrench_asked;
-        Target(const Allocator& a, const Motion<T>& state, const Vec6<T>& acceleration) {
-            const Vec3<T> gyroscopic = a.vehicle_.inertia_inverse * cross(state.w, a.vehicle_.inertia * state.w);
-            wrench_asked = wrench_for(a.vehicle_, state, acceleration);
-            for (int r = 0; r < 3; ++r) {
-                for (int c = 0; c < 3; ++c) force_gain[r][c] = a.linear_gain_[r] * state.R[r][c];
-                b[r] = a.root_weight_[r] * (acceleration[r] + T(r == 2 ? gravity : 0));
-                b[3 + r] = a.root_weight_[3 + r] * (acceleration[3 + r] + gyroscopic[r]);
-            }
-        }
-    };
-
-    template <class U> struct Solved {
-        BoxQpSolution<U, N> qp;
-        U cost;
+    template <class U> struct ThrustQp {
+        BoxQp<U, N> qp;
+        U unit;  // it is half of J times this
     };
 
     /// The box QP at one tilt, or at a pack of them; U is T or a pack of candidates of one vehicle.
     template <class U>
-    Solved<U> solve_at(const Target& target, const TiltTrigonometry<U>& trig, const Allocation<T, N>& previous) const {
+    void set_thrust_qp(const Target& target, const WrenchMatrix<U, N>& G, const Allocation<T, N>& previous, ThrustQp<U>& out) const {
         const Count<N> n = vehicle_.n_rotors;
-        const WrenchMatrix<U, N> G = weighted_map<U>(target, map_.template at<U>(trig));
-        BoxQp<U, N> qp(n);
-        Solved<U> s;
+        BoxQp<U, N>& qp = out.qp;
+        qp.n = n;
         U trace = U(0);
         for (int i = 0; i < n; ++i) {
             qp.H[i][i] = dot(G.column[i], G.column[i]) + U(diagonal_[i]);
@@ -165,17 +88,33 @@ template <class T, int N> class Allocator {
             for (int r = 0; r < 6; ++r) qp.g[i] -= G.column[i][r] * U(target.b[r]);
             qp.lower[i] = U(lower_[i]);
             qp.upper[i] = U(upper_[i]);
-            s.qp.active[i] = U(previous.active[i]);
         }
-        const U unit = U(int(n)) / trace;
+        const U unit = out.unit = U(int(n)) / trace;
         for (int i = 0; i < n; ++i) {
             qp.g[i] *= unit;
             qp.H[i][i] *= unit;
 #pragma GCC unroll 8
             for (int j = 0; j < i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]) * unit;
         }
-        solve(qp, s.qp);
-        s.cost = cost<U>(target, G, s.qp.x, previous);
+    }
+
+  private:
+    using Lanes = Pack<Scalar<T>, 4>;  // candidates of one vehicle
+
+    template <class U> struct Solved {
+        BoxQpSolution<U, N> qp;
+        U cost;
+    };
+
+    template <class U>
+    Solved<U> solve_at(const Target& target, const TiltTrigonometry<U>& trig, const Allocation<T, N>& previous) const {
+        const WrenchMatrix<U, N> G = this->template weighted_map<U>(target, map_.template at<U>(trig));
+        Solved<U> s;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) s.qp.active[i] = U(previous.active[i]);
+        ThrustQp<U> thrusts;
+        set_thrust_qp(target, G, previous, thrusts);
+        solve(thrusts.qp, s.qp);
+        s.cost = this->cost(this->missed(target, G, s.qp.x), s.qp.x, previous);
         return s;
     }
 
@@ -184,31 +123,6 @@ template <class T, int N> class Allocator {
         PerServo<U> tilt;
         tilt[0] = angle;
         return solve_at<U>(target, trigonometry_of(tilt, 1), previous);
-    }
-
-    /// G = C A(α) f_scale
-    template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
-        const Mat3<U> force_gain = cast<U>(target.force_gain);
-        WrenchMatrix<U, N> G;
-        for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            const Vec3<U> force = force_gain * force_of(A.column[i]), torque = torque_of(A.column[i]);
-            G.column[i] = {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
-        }
-        return G;
-    }
-
-    template <class U>
-    U cost(const Target& target, const WrenchMatrix<U, N>& G, const PerRotor<U, N>& x, const Allocation<T, N>& previous) const {
-        Vec6<U> miss;
-        for (int r = 0; r < 6; ++r) miss[r] = U(target.b[r]);
-        U inputs = U(0);
-        for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            for (int r = 0; r < 6; ++r) miss[r] -= G.column[i][r] * x[i];
-            const U thrust = U(scale_[i]) * x[i];
-            const U change = thrust - U(previous.command.thrust[i]);
-            inputs += U(weights_.input[i]) * thrust * thrust + U(weights_.input_change[i]) * change * change;
-        }
-        return inputs + dot(miss, miss);
     }
 
     TiltCandidates<T> candidates_of(TiltSpan span, int spaced, const Allocation<T, N>& previous, const T& epsilon) const {
@@ -300,14 +214,6 @@ template <class T, int N> class Allocator {
         return out;
     }
 
-    Vehicle<T, N> vehicle_;
-    AllocationWeights<T, N> weights_;
-    PerRotor<T, N> scale_;             // f_scale, the larger limit of each rotor
-    WrenchMap<T, N> map_;              // A f_scale, its torque rows times W2^½ J⁻¹
-    PerRotor<T, N> lower_, upper_;     // limits of x
-    PerRotor<T, N> diagonal_;          // (W1 + W3) f_scale²
-    Vec6<T> root_weight_;              // W2^½
-    Vec3<T> linear_gain_;              // W2^½ / m
 };
 
 }  // namespace omnimorph

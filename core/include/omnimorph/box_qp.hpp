@@ -14,18 +14,26 @@
 
 namespace omnimorph {
 
+/// One number for each variable: thrusts, or thrusts and tilts. N is their number, or 0 if it is counted at run time.
+template <class T, int N> struct PerVariable {
+    T a[N > 0 ? N : most_rotors + most_servos];
+    T& operator[](int i) { return a[i]; }
+    const T& operator[](int i) const { return a[i]; }
+};
+
 template <class T, int N> struct BoxQp {
     Count<N> n;
-    PerRotor<PerRotor<T, N>, N> H;  // its lower triangle
-    PerRotor<T, N> g, lower, upper;
+    PerVariable<PerVariable<T, N>, N> H;  // its lower triangle
+    PerVariable<T, N> g, lower, upper;
     explicit BoxQp(int count = N) : n(count) {}
 };
 
 template <class T, int N> struct BoxQpSolution {
-    PerRotor<T, N> x;
-    PerRotor<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
+    PerVariable<T, N> x;
+    PerVariable<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
     T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
     int iterations;         // systems solved, until the slowest lane was done
+    PerVariable<PerVariable<T, N>, N> factors;  // LDL' of H over the free variables, the identity elsewhere: L, and on its diagonal D⁻¹
 };
 
 namespace box_qp {
@@ -37,10 +45,10 @@ inline constexpr int most_steps = 400;
 /// H with the rows and columns of the active set taken out (those of the identity put in), and the right side that
 /// leaves for the free variables; for an active one its bound.
 template <class T, int N> struct FreeSystem {
-    PerRotor<PerRotor<T, N>, N> K;  // its lower triangle; LDL' overwrites it: L below the diagonal, D⁻¹ on it
-    PerRotor<T, N> y;
+    PerVariable<PerVariable<T, N>, N>& K;  // its lower triangle
+    PerVariable<T, N> y;
 
-    FreeSystem(const BoxQp<T, N>& qp, const PerRotor<T, N>& active) {
+    FreeSystem(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) : K(room) {
         Mask<T> any_active = T(0) < T(0);
         for (int i = 0; i < qp.n; ++i) {
             any_active = either(any_active, opposite(active[i] == T(0)));
@@ -52,9 +60,9 @@ template <class T, int N> struct FreeSystem {
         if (any(any_active)) take_out(qp, active);
     }
 
-    void take_out(const BoxQp<T, N>& qp, const PerRotor<T, N>& active) {
-        PerRotor<Mask<T>, N> free;
-        PerRotor<T, N> bound;
+    void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active) {
+        PerVariable<Mask<T>, N> free;
+        PerVariable<T, N> bound;
         for (int i = 0; i < qp.n; ++i) {
             free[i] = active[i] == T(0);
             bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
@@ -72,14 +80,14 @@ template <class T, int N> struct FreeSystem {
 /// compilers leave triangular loops rolled and the time goes here.
 template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
     const int n = qp.n;
-    FreeSystem<T, N> system(qp, s.active);
+    FreeSystem<T, N> system(qp, s.active, s.factors);
     auto& K = system.K;
     auto& y = system.y;
 #pragma GCC unroll 8
     for (int j = 0; j < n; ++j) {
         const T inverse_pivot = T(1) / K[j][j];
         K[j][j] = inverse_pivot;
-        PerRotor<T, N> column;
+        PerVariable<T, N> column;
 #pragma GCC unroll 8
         for (int i = j + 1; i < n; ++i) {
             column[i] = K[i][j];
@@ -101,8 +109,8 @@ template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSol
     }
 }
 
-template <class T, int N> inline PerRotor<T, N> gradient(const BoxQp<T, N>& qp, const PerRotor<T, N>& x) {
-    PerRotor<T, N> gradient;
+template <class T, int N> inline PerVariable<T, N> gradient(const BoxQp<T, N>& qp, const PerVariable<T, N>& x) {
+    PerVariable<T, N> gradient;
     for (int i = 0; i < qp.n; ++i) {
         gradient[i] = qp.g[i] + qp.H[i][i] * x[i];
 #pragma GCC unroll 8
@@ -116,8 +124,8 @@ template <class T, int N> inline PerRotor<T, N> gradient(const BoxQp<T, N>& qp, 
 
 /// Where each variable should be instead: the active set after exchanging every violation.
 template <class T, int N>
-inline PerRotor<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSolution<T, N>& s, const PerRotor<T, N>& multiplier) {
-    PerRotor<T, N> corrected;
+inline PerVariable<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSolution<T, N>& s, const PerVariable<T, N>& multiplier) {
+    PerVariable<T, N> corrected;
     for (int i = 0; i < qp.n; ++i) {
         const T a = s.active[i];
         const T outside = select(s.x[i] < qp.lower[i] - T(tolerance<T>), T(-1), select(s.x[i] > qp.upper[i] + T(tolerance<T>), T(1), T(0)));
@@ -128,7 +136,7 @@ inline PerRotor<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSol
 }
 
 template <class T, int N>
-inline T kkt_residual(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerRotor<T, N>& gradient) {
+inline T kkt_residual(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& gradient) {
     T residual = T(0);
     for (int i = 0; i < qp.n; ++i) {
         const T r = magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i]));
@@ -141,8 +149,8 @@ inline T kkt_residual(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerR
 template <class T, int N> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
     for (s.iterations = 1;; ++s.iterations) {
         solve_free(qp, s);
-        const PerRotor<T, N> multiplier = gradient(qp, s.x);
-        const PerRotor<T, N> corrected = corrected_active_set(qp, s, multiplier);
+        const PerVariable<T, N> multiplier = gradient(qp, s.x);
+        const PerVariable<T, N> corrected = corrected_active_set(qp, s, multiplier);
         Mask<T> settled = T(0) == T(0);
         for (int i = 0; i < qp.n; ++i) settled = both(settled, corrected[i] == s.active[i]);
         if (!any(opposite(settled)) || s.iterations == most_exchanges) {
@@ -155,7 +163,7 @@ template <class T, int N> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, 
 
 /// The share of the way from x to the target that keeps every variable within its bounds.
 template <class T, int N>
-inline T feasible_share(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const PerRotor<T, N>& target, PerRotor<T, N>& share) {
+inline T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& target, PerVariable<T, N>& share) {
     T least = T(1);
     for (int i = 0; i < qp.n; ++i) {
         const T bound = select(target[i] < x[i], qp.lower[i], qp.upper[i]);
@@ -169,7 +177,7 @@ inline T feasible_share(const BoxQp<T, N>& qp, const PerRotor<T, N>& x, const Pe
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
 /// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
 template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Mask<T> settled) {
-    PerRotor<T, N> x;
+    PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
         const T at_bound = select(x[i] <= qp.lower[i], T(-1), select(x[i] >= qp.upper[i], T(1), T(0)));
@@ -177,7 +185,7 @@ template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolu
     }
     for (const int last = s.iterations + most_steps; any(opposite(settled)) && s.iterations < last; ++s.iterations) {
         solve_free(qp, s);
-        PerRotor<T, N> share;
+        PerVariable<T, N> share;
         const T way = feasible_share(qp, x, s.x, share);
         for (int i = 0; i < qp.n; ++i) {
             const T bound = select(s.x[i] < x[i], qp.lower[i], qp.upper[i]);
@@ -185,7 +193,7 @@ template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolu
             s.active[i] = select(stopped, select(s.x[i] < x[i], T(-1), T(1)), s.active[i]);
             x[i] = select(stopped, bound, select(way < T(1), x[i] + way * (s.x[i] - x[i]), s.x[i]));
         }
-        const PerRotor<T, N> multiplier = gradient(qp, x);
+        const PerVariable<T, N> multiplier = gradient(qp, x);
         T worst = T(tolerance<T>);
         for (int i = 0; i < qp.n; ++i) worst = maximum(worst, s.active[i] * multiplier[i]);
         const Mask<T> arrived = opposite(way < T(1));

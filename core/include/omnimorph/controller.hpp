@@ -1,28 +1,29 @@
 // The paper's controller: pose tracking, then allocation. It remembers its last command, as the paper's u* and alpha* do.
 #pragma once
 
-#include "allocate.hpp"
+#include "joint_allocate.hpp"
 #include "position_first.hpp"
 
 namespace omnimorph {
 
-enum class AllocationRule { fixed_tilt, best_in_window, towards_best_in_range };
+enum class AllocationRule { fixed_tilt, best_in_window, towards_best_in_range, jointly };
 
 template <class T, int N> struct ControllerSettings {
     TrackingGains<T> gains;
     AllocationWeights<T, N> weights;
     AllocationRule rule;
-    T tilt_change;   // epsilon: the servo's rate limit times the control period, rad
+    PerServo<T> tilt_change;  // epsilon: each servo's rate limit times the control period, rad
     PositionFirst<T> position_first;
-    int candidates;  // tilts tried, an odd number; three in the window are the paper's
+    int candidates;           // tilts tried, an odd number; three in the window are the paper's
 
     ControllerSettings() = default;
     /// The same controller for another number type or rotor count.
-    template <class S, int M> ControllerSettings(const ControllerSettings<S, M>& o, int n)
+    template <class S, int M> ControllerSettings(const ControllerSettings<S, M>& o, int n, int m)
         : gains{cast<T>(o.gains.velocity), cast<T>(o.gains.position), cast<T>(o.gains.rate), cast<T>(o.gains.attitude)},
-          weights{cast<T, N>(o.weights.input, n), cast<T, N>(o.weights.input_change, n), cast<T>(o.weights.acceleration)},
+          weights{cast<T, N>(o.weights.input, n), cast<T, N>(o.weights.input_change, n), cast<T>(o.weights.acceleration),
+                  T(o.weights.tilt_change)},
           rule(o.rule),
-          tilt_change(T(o.tilt_change)),
+          tilt_change(cast<T>(o.tilt_change, m)),
           position_first(o.position_first),
           candidates(o.candidates) {}
 };
@@ -48,18 +49,19 @@ template <class T, int N> class Controller {
         switch (settings_.rule) {
             case AllocationRule::fixed_tilt: last = allocator_.at_fixed_tilt(measured, acceleration, last); break;
             case AllocationRule::best_in_window:
-                last = allocator_.best_in_window(measured, acceleration, last, settings_.tilt_change, settings_.candidates);
+                last = allocator_.best_in_window(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
                 break;
             case AllocationRule::towards_best_in_range:
-                last = allocator_.towards_best_in_range(measured, acceleration, last, settings_.tilt_change, settings_.candidates);
+                last = allocator_.towards_best_in_range(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
                 break;
+            case AllocationRule::jointly: last = allocator_.jointly(measured, acceleration, last, settings_.tilt_change); break;
         }
         return last;
     }
 
   private:
     ControllerSettings<T, N> settings_;
-    Allocator<T, N> allocator_;
+    JointAllocator<T, N> allocator_;
     AttitudeGivesWay<T> gives_way_;
 };
 

@@ -11,7 +11,15 @@ from omnimorph.design.records import Record, choice, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 
-__all__ = ["RULES", "AllocationRule", "ExhaustiveTilt", "FixedTilt", "Span", "ThreeCandidates"]
+__all__ = [
+    "RULES",
+    "AllocationRule",
+    "ExhaustiveTilt",
+    "FixedTilt",
+    "JointTilt",
+    "Span",
+    "ThreeCandidates",
+]
 
 Span = Literal["window", "range"]
 
@@ -127,5 +135,55 @@ class ExhaustiveTilt(AllocationRule):
     candidates: int = choice(range(3, 362, 2), "an odd whole number from 3 to 361")
 
 
-RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, FixedTilt)
+@dataclass(frozen=True, kw_only=True)
+class JointTilt(AllocationRule):
+    """Thrusts and all tilts at once, for any number of servos: a local minimum of the true cost.
+
+    ::
+
+        J(f, α) = ‖u‖²_W1 + ‖q̈_r − q̈(f, α)‖²_W2 + ‖u − u⁻‖²_W3 + W4 Σ_j ((α_j − α_j⁻) / ε_j)²
+
+    over ``f_min ≤ f ≤ f_max``, ``|α_j − α_j⁻| ≤ ε_j`` and the angle limits of the servos, where ε_j
+    is the rate limit of servo j times the control period. The thrusts are eliminated by their box
+    QP, exactly, and the tilts go downhill by Newton's method within their bounds; a step counts
+    only if J itself falls. With one servo the descent begins at the best of the three candidates
+    of `ThreeCandidates`, whose cost it therefore never exceeds (if W4 is 0); with several at the
+    tilts as they are, so that it never costs more than keeping them.
+
+    Attributes
+    ----------
+    W4 : float, without unit
+        What it costs to turn one servo by all that a control step allows, ε_j. 0 by default: none
+        is needed, because a tilt that gains nothing, such as that of a rotor at rest, stays where
+        it is. A positive one calms tilts that follow the noise of the measurements.
+
+    Raises
+    ------
+    ScenarioError
+        If a field is not allowed.
+
+    Notes
+    -----
+    J is not convex in the tilts, so the answer is a minimum among its neighbours, not of all tilts
+    within reach. ``kkt_residual`` of its allocations is that of J in thrusts and tilts.
+
+    Examples
+    --------
+    The weights of the paper's Case B, which decide clearly on the tilt:
+
+    >>> JointTilt(
+    ...     W1=6.4e-9,
+    ...     W2_position=(3e4, 3e4, 3e4),
+    ...     W2_attitude=(10.0, 10.0, 10.0),
+    ...     W3=6.4e-9,
+    ... ).as_file()["W4"]
+    0.0
+    """
+
+    kind: ClassVar[str] = "joint-tilt"
+
+    W4: float = quantity("", "a number, not negative", at_least=0.0, length=0, default=0.0)
+
+
+RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, JointTilt, FixedTilt)
 """Every rule that a scenario file may name."""

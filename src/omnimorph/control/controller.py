@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.control.allocators import AllocationRule, ExhaustiveTilt, Span, ThreeCandidates
+from omnimorph.control.allocators import (
+    AllocationRule,
+    ExhaustiveTilt,
+    JointTilt,
+    Span,
+    ThreeCandidates,
+)
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -40,11 +46,7 @@ def core_settings(
     way.
     """
     core_rule, candidates = _tilts_tried(rule)
-    searches = core_rule != _core.AllocationRule.FIXED_TILT
-    if searches and vehicle.n_servos != 1:
-        allowed = "a rule for any number of servos, such as fixed-tilt"
-        place = f"vehicle {vehicle.name} with {vehicle.n_servos} servos"
-        raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
+    _refuse_unfit_servos(vehicle, rule)
     for name in ("W1", "W3"):
         if np.size(getattr(rule, name)) not in (1, vehicle.n_rotors):
             allowed = f"one number, or one for each of the {vehicle.n_rotors} rotors"
@@ -62,11 +64,25 @@ def core_settings(
         input_change=change_weight,
         acceleration=np.array([*rule.W2_position, *rule.W2_attitude]),
         rule=core_rule,
-        tilt_change=float(vehicle.servo_rate_max[0] * control_period) if searches else 0.0,
+        tilt_change=vehicle.servo_rate_max * control_period,
         candidates=candidates,
+        tilt_change_weight=rule.W4 if isinstance(rule, JointTilt) else 0.0,
         lateral_force=None if lateral_force == np.inf else lateral_force,
         control_period=control_period,
     )
+
+
+def _refuse_unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> None:
+    """Refuse a rule that turns one servo where there is not one, or many where there is none."""
+    m = vehicle.n_servos
+    if isinstance(rule, JointTilt) and m == 0:
+        allowed = "fixed-tilt"
+    elif isinstance(rule, ThreeCandidates | ExhaustiveTilt) and m != 1:
+        allowed = "joint-tilt or fixed-tilt" if m else "fixed-tilt"
+    else:
+        return
+    place = f"vehicle {vehicle.name} with {m} servos"
+    raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
 
 
 def _tilts_tried(rule: AllocationRule) -> tuple[_core.AllocationRule, int]:
@@ -75,6 +91,8 @@ def _tilts_tried(rule: AllocationRule) -> tuple[_core.AllocationRule, int]:
         return _core.AllocationRule.BEST_IN_WINDOW, 3
     if isinstance(rule, ExhaustiveTilt):
         return _SPANS[rule.span], rule.candidates
+    if isinstance(rule, JointTilt):
+        return _core.AllocationRule.JOINTLY, 1
     return _core.AllocationRule.FIXED_TILT, 1
 
 
@@ -151,8 +169,8 @@ class PoseController:
         Returns
         -------
         Allocation
-            ``thrust`` (N), ``tilt`` (rad), ``cost``, ``kkt_residual`` of the scaled QP, ``active``
-            (−1, 0, +1 for each thrust) and ``wrench_asked`` (N, N m, in B).
+            ``thrust`` (N), ``tilt`` (rad), ``cost``, ``kkt_residual`` of the scaled problem,
+            ``active`` (−1, 0, +1 for each thrust) and ``wrench_asked`` (N, N m, in B).
         """
         return self._controller.step(state, desired)
 

@@ -54,7 +54,7 @@ def quantity(
     at_least, above : float
         Bounds on each number, in SI.
     length : int, optional
-        How many numbers a sequence must have.
+        How many numbers a sequence must have; 0 for a field that is a single number.
     """
     rule = {"unit": unit, "allowed": allowed, "at_least": at_least, "above": above}
     return dataclasses.field(default=default, metadata=rule | {"length": length})

@@ -165,7 +165,8 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
     below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
     below = _seen_from_above(below, Path(base).parent)
     if _is_proposed(document):
-        kept = ("proposed", "attitude_gives_way")  # the base's gains and allocator would not be flown
+        # The base's gains and allocator would not be flown.
+        kept = ("proposed", "attitude_gives_way")
         controller = below.get("controller")
         if isinstance(controller, dict):
             below["controller"] = {key: controller[key] for key in kept if key in controller}

@@ -66,7 +66,7 @@ def test_a_vehicle_that_cannot_fly_is_refused_by_its_file(tmp_path: Path) -> Non
     from omnimorph.design import vehicle_text
 
     (tmp_path / "heavy.toml").write_text(vehicle_text(build_star(4, mass=2.0, name="heavy")))
-    with pytest.raises(InputError, match="cannot hover level") as caught:
+    with pytest.raises(InputError, match="cannot fly: its rotors lift at most") as caught:
         load(tmp_path, 'schema = 1\nname = "mine"\nbase = "tour"\nvehicle = "heavy.toml"\n')
     assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: vehicle heavy: ")
 

@@ -17,7 +17,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Platform", "lateral_reach", "platform"]
+__all__ = ["Platform", "lateral_reach", "lateral_reach_over_tilts", "platform"]
 
 _TILTS = 61
 _DIRECTIONS, _SIDES = 200, 36
@@ -138,14 +138,19 @@ def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
     return float((room[sideways] / across[sideways]).min())
 
 
+def lateral_reach_over_tilts(vehicle: Vehicle) -> float:
+    """Return `lateral_reach`, N, with the best tilts of all servos for each of 36 sides."""
+    turn = np.linspace(0.0, 2.0 * math.pi, _SIDES, endpoint=False)
+    sides = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(_SIDES)])
+    weight = np.array([0.0, 0.0, vehicle.mass * GRAVITY])
+    return float(reach_over_tilts(vehicle, sides, weight).min())
+
+
 def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, float]:
     """Return the radius and the largest sideways force beside the weight, N."""
     if vehicle.n_servos < 2:
         best = tilt_of_largest_radius(vehicle) if vehicle.n_servos else 0.0
         radius = inscribed_radius(vehicle, best, zero_moment=True)
         return radius, max(lateral_reach(vehicle, float(tilt)) for tilt in tilts)
-    turn = np.linspace(0.0, 2.0 * math.pi, _SIDES, endpoint=False)
-    sides = np.column_stack([np.cos(turn), np.sin(turn), np.zeros(_SIDES)])
-    weight = np.array([0.0, 0.0, vehicle.mass * GRAVITY])
     radius = float(reach_over_tilts(vehicle, sphere_directions(_DIRECTIONS)).min())
-    return radius, float(reach_over_tilts(vehicle, sides, weight).min())
+    return radius, lateral_reach_over_tilts(vehicle)

@@ -23,10 +23,12 @@ from omnimorph import __version__
 from omnimorph.cli import (
     analyze,
     bench,
+    compare,
     console,
     fly,
     gains,
     interrupts,
+    new_vehicle,
     reproduce,
     scenarios,
     vehicles,
@@ -38,7 +40,9 @@ __all__ = ["COMMANDS", "main"]
 
 COMMANDS: dict[str, ModuleType] = {
     "vehicles": vehicles,
+    "new-vehicle": new_vehicle,
     "analyze": analyze,
+    "compare": compare,
     "scenarios": scenarios,
     "fly": fly,
     "gains": gains,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.analysis.hover import hover
-from omnimorph.analysis.platform import lateral_reach
+from omnimorph.analysis.platform import lateral_reach, lateral_reach_over_tilts
 from omnimorph.analysis.scaling import checked_tilt, searched_range
 from omnimorph.analysis.wrench_set import force_set, moment_set
 from omnimorph.design.vehicle import Vehicle
@@ -31,7 +31,9 @@ class Capability:
     tilt : (m,) array, rad
         Of each servo.
     sideways : float, m/s²
-        To every side, without a moment.
+        To every side, without a moment; where several servos turn, with the best tilts for each.
+    turns : bool
+        Whether several servos turn to push sideways, so that their rate limits come in.
     vertical : float, m/s²
         Both up and down, without a moment.
     angular : (3,) array, rad/s²
@@ -42,6 +44,7 @@ class Capability:
 
     tilt: FloatArray
     sideways: float
+    turns: bool
     vertical: float
     angular: FloatArray
     effort: float
@@ -55,7 +58,7 @@ class Capability:
 def flown_tilts(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> list[FloatArray]:
     """Return the tilts, rad, that the proposed rule lets a vehicle take.
 
-    One servo is moved over its range (31 tilts of it); none or several stay at `start_tilt`.
+    One servo is moved over its range (31 tilts of it). Several hover near `start_tilt`.
     """
     if vehicle.n_servos != 1:
         return [checked_tilt(vehicle, start_tilt)]
@@ -90,6 +93,8 @@ def capability(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> Capability:
     (sideways, vertical), tilt = max(
         zip(spare, (one.tilt for one in hovering), strict=True), key=lambda pair: pair[0]
     )
+    by_turning = lateral_reach_over_tilts(vehicle) if vehicle.n_servos > 1 else 0.0
+    turns = by_turning > sideways
     angular = _angular(vehicle, tilt)
     if vertical <= _NONE * GRAVITY:
         raise _grounded(vehicle, "it hovers level, but with no thrust left to climb or to sink")
@@ -99,7 +104,8 @@ def capability(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> Capability:
     thrust = np.array([point.thrust for point in hovering])
     return Capability(
         tilt=tilt,
-        sideways=sideways / vehicle.mass,
+        sideways=max(sideways, by_turning) / vehicle.mass,
+        turns=turns,
         vertical=vertical,
         angular=angular,
         effort=float(((thrust / vehicle.thrust_coefficient) ** 2).sum(axis=1).min()),

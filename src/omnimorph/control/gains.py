@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omnimorph.control.allocators import AllocationRule, FixedTilt, ThreeCandidates
+from omnimorph.control.allocators import AllocationRule, FixedTilt, JointTilt, ThreeCandidates
 from omnimorph.control.capability import Capability, capability
 from omnimorph.control.margins import check_times, rotor_lag
 from omnimorph.control.tracking import TrackingGains
@@ -26,6 +26,7 @@ _SLOWER_THAN_ATTITUDE = 4.0  # crossover of a position held by leaning, below �
 _POSITION_ERROR, _ATTITUDE_ERROR = 0.05, math.radians(5.0)  # m, rad: answered without saturation
 _MISSED_LINEAR = 0.05  # × g: as costly to miss as hovering; the paper's Case B on OmniMorph: 0.046
 _MISSED_ANGULAR = 0.1  # × the largest angular acceleration; Case B: 24.5 rad/s², 0.10 about x, y
+_TURNING = 0.01  # × hovering: what it costs to turn one servo at its full rate
 _SOFTEST = _MISSED_LINEAR**2 * GRAVITY / _POSITION_ERROR  # 1/s²: 0.49, see `propose_controller`
 _SOFTEST_LEANING = 1.0 / 5.0**2  # 1/s²: a time constant of 5 s
 
@@ -72,7 +73,8 @@ def propose_controller(
     *Leaning.* A vehicle without sideways force at any tilt moves sideways by leaning. There the
     attitude must be faster than the position: its crossover is at a quarter of the slower √k of
     roll and pitch, an eighth of their crossover; the closed attitude loop is late by 2/√k, 28° at
-    that frequency.
+    that frequency. One whose several servos turn to push sideways is held as softly: its tilts are
+    as slow as a lean.
 
     *Weights.* A cost of 1 is the effort of hovering level at the tilt where it is least:
     ``W1 = 1 / ‖u‖²``, ``W3 = W1`` as in the paper's Case B. Missing 5 % of g, or a tenth of the
@@ -142,7 +144,7 @@ def _frequencies(able: Capability, lag: float) -> tuple[FloatArray, FloatArray]:
     attitude = np.minimum(fastest, np.sqrt(able.angular / _ATTITUDE_ERROR))
     spare = np.array([able.sideways, able.sideways, able.vertical])
     position = np.minimum(fastest, np.sqrt(spare / _POSITION_ERROR))
-    if able.leans:
+    if able.leans or able.turns:
         crossover = float(attitude[:2].min()) / _SLOWER_THAN_ATTITUDE
         position[:2] = min(fastest, crossover / _CROSSOVER_OF_CRITICAL)
     return position, attitude
@@ -156,6 +158,8 @@ def _rule(vehicle: Vehicle, able: Capability) -> AllocationRule:
         "W2_attitude": tuple(1.0 / (_MISSED_ANGULAR * able.angular) ** 2),
         "W3": 1.0 / able.effort,
     }
+    if vehicle.n_servos > 1:
+        return JointTilt(**weights, W4=_TURNING)
     return ThreeCandidates(**weights) if vehicle.n_servos == 1 else FixedTilt(**weights)
 
 
@@ -209,6 +213,8 @@ def _reasons(
     for name, (chosen, most, error, unit, shown) in spare.items():
         if name == "sideways" and able.leans:
             reason = "it moves so by leaning, slower than the attitude that leans it"
+        elif name == "sideways" and able.turns:
+            reason = "it moves so by turning its servos, slower than its attitude"
         elif chosen < fastest:
             reason = f"{shown} of error may ask for no more than the {most:.3g} {unit} to spare"
         else:

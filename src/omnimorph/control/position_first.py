@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from omnimorph.analysis.omnidirectional import inscribed_radius
-from omnimorph.analysis.platform import lateral_reach
+from omnimorph.analysis.platform import lateral_reach, lateral_reach_over_tilts
 from omnimorph.analysis.scaling import searched_range
 from omnimorph.control.allocators import AllocationRule, FixedTilt
 from omnimorph.design.vehicle import Vehicle
@@ -30,9 +30,12 @@ def lateral_force(vehicle: Vehicle, tilt: float | FloatArray) -> float:
 def usable_lateral_force(vehicle: Vehicle, rule: AllocationRule, tilt: FloatArray) -> float:
     """Return the sideways force, N, that position-first flight counts on: four fifths of it all.
 
-    At the tilt at which a rule keeps the servos, or at the best of the range that it searches.
+    At the tilt at which a rule keeps the servos, or at the best of the range that it searches; with
+    the best tilts for each side where several servos turn.
     """
     if isinstance(rule, FixedTilt) or vehicle.n_servos == 0:
         return _SHARE * lateral_force(vehicle, tilt)
+    if vehicle.n_servos > 1:
+        return _SHARE * lateral_reach_over_tilts(vehicle)
     low, high = searched_range(vehicle, False)
     return _SHARE * max(lateral_force(vehicle, one) for one in np.linspace(low, high, _TILTS))

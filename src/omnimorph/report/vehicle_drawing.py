@@ -135,13 +135,13 @@ def draw_vehicle(
 def propeller_radius(vehicle: Vehicle) -> float:
     """Return a radius for the drawing, m: the largest with which no two discs touch, but for 4 %.
 
-    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches.
+    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. A
+    coaxial pair, both rotors at one place, is drawn as one.
     """
     hubs = vehicle.rotor_position
-    if len(hubs) == 1:
-        return 0.1
     apart = np.linalg.norm(hubs[:, None] - hubs[None], axis=2)
-    return 0.48 * float(apart[np.triu_indices(len(hubs), 1)].min())
+    between = apart[apart > 1e-9]
+    return 0.48 * float(between.min()) if len(between) else 0.1
 
 
 def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     Model = TypeVar("Model", bound=BaseModel)
 
-__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml"]
+__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml", "read_text"]
 
 
 def catalogue_names(catalogue: Traversable) -> list[str]:
@@ -79,7 +79,7 @@ def find_document(
         hint = f"did you mean {near} (known: {', '.join(known)})?"
         hint = hint if near else f"known are {', '.join(known)}."
         raise error(f"{name!r} is neither a {kind} of the catalogue nor a file; {hint}", value=name)
-    return name, _read_text(name, error)
+    return name, read_text(name, error)
 
 
 def _exists(path: str) -> bool:
@@ -89,7 +89,8 @@ def _exists(path: str) -> bool:
         return False
 
 
-def _read_text(path: str, error: type[InputError]) -> str:
+def read_text(path: str, error: type[InputError]) -> str:
+    """Read a text file in UTF-8; raise `error` with the reason if that is impossible."""
     try:
         return Path(path).read_bytes().decode("utf-8-sig")
     except FileNotFoundError:

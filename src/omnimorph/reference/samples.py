@@ -9,15 +9,16 @@ held, at rest.
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omnimorph.design.csv_tables import read_csv_table
 from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import Desired, FloatArray
 from omnimorph.reference import rows
@@ -208,32 +209,15 @@ def _check_attitudes(q: FloatArray, source: str, places: Sequence[str]) -> None:
 
 def _read_csv(path: str | Path) -> tuple[FloatArray, list[str]]:
     """Return the (K, 8) table of time, position, quaternion, and the line of each row."""
-    numbers: list[list[float]] = []
-    lines: list[str] = []
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            columns = _read_header(path, next(reader, []))
-            for texts in reader:
-                if not any(text.strip() for text in texts):
-                    continue
-                line = f"line {reader.line_num}"
-                numbers.append(_read_line(path, line, columns, texts))
-                lines.append(line)
-    except OSError as error:
-        raise ScenarioError(f"{path}: it cannot be read: {error.strerror or error}.") from error
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise ScenarioError(f"{path}: it is not a CSV text file: {error}.") from error
-    table = np.zeros((len(numbers), 8))
+    content = read_csv_table(path, partial(_check_header, path), ScenarioError)
+    table = np.zeros((len(content.rows), 8))
     table[:, 4] = 1.0
-    if numbers:
-        order = [(*POSE_COLUMNS, *QUATERNION_COLUMNS).index(name) for name in columns]
-        table[:, order] = numbers
-    return table, lines
+    order = [(*POSE_COLUMNS, *QUATERNION_COLUMNS).index(name) for name in content.columns]
+    table[:, order] = content.rows
+    return table, [f"line {line}" for line in content.lines]
 
 
-def _read_header(path: str | Path, texts: Sequence[str]) -> list[str]:
-    columns = [text.strip() for text in texts]
+def _check_header(path: str | Path, columns: Sequence[str]) -> None:
     known = (*POSE_COLUMNS, *QUATERNION_COLUMNS)
     with_attitude = any(name in QUATERNION_COLUMNS for name in columns)
     for name in known if with_attitude else POSE_COLUMNS:
@@ -241,27 +225,6 @@ def _read_header(path: str | Path, texts: Sequence[str]) -> list[str]:
             allowed = f"there: the first line names the columns {', '.join(POSE_COLUMNS)}"
             allowed += f" and, all or none, {', '.join(QUATERNION_COLUMNS)}"
             raise ScenarioError.at(path, f"line 1, column {name}", MISSING, allowed)
-    for position, name in enumerate(columns):
+    for name in columns:
         if name not in known:
             raise ScenarioError.unknown_key(path, f"line 1, column {name!r}", name, known)
-        if name in columns[:position]:
-            raise ScenarioError(f"{path}: line 1, column {name} is there twice, but must be once.")
-    return columns
-
-
-def _read_line(
-    path: str | Path, line: str, columns: Sequence[str], texts: Sequence[str]
-) -> list[float]:
-    if len(texts) != len(columns):
-        allowed = f"{len(columns)}, as in the header"
-        raise ScenarioError.at(path, f"{line}, number of values", len(texts), allowed)
-    numbers = []
-    for name, text in zip(columns, texts, strict=True):
-        try:
-            number = float(text)
-        except ValueError:
-            number = math.nan
-        if not math.isfinite(number):
-            raise ScenarioError.at(path, f"{line}, column {name}", text.strip(), "a finite number")
-        numbers.append(number)
-    return numbers

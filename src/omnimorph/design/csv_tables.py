@@ -1,0 +1,102 @@
+"""CSV files of numbers, their columns named in the first line: read, or refused in one sentence."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from omnimorph.errors import InputError
+from omnimorph.protocols import FloatArray
+
+__all__ = ["CsvTable", "read_csv_table"]
+
+
+class CsvTable(NamedTuple):
+    """What a CSV file holds.
+
+    Attributes
+    ----------
+    columns : list of str
+        Their names, C of them.
+    rows : (K, C) array
+        Finite numbers.
+    lines : list of int
+        On which line of the file each row ends, counted from 1.
+    """
+
+    columns: list[str]
+    rows: FloatArray
+    lines: list[int]
+
+
+def read_csv_table(
+    path: str | Path, check_columns: Callable[[list[str]], None], error: type[InputError]
+) -> CsvTable:
+    """Read a CSV file whose first line names its columns; empty lines are left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        A text file in UTF-8.
+    check_columns : callable
+        Called with the names of the first line, to refuse those that cannot be used.
+    error : class
+        Which `InputError` to raise.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, a column is there twice, a line holds another number of values
+        than the first, or a value is no finite number: one sentence with the file, line and column.
+    """
+    rows: list[list[float]] = []
+    lines: list[int] = []
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file)
+            columns = [text.strip() for text in next(reader, [])]
+            check_columns(columns)
+            _check_once(path, columns, error)
+            for texts in reader:
+                if any(text.strip() for text in texts):
+                    rows.append(_numbers(path, reader.line_num, columns, texts, error))
+                    lines.append(reader.line_num)
+    except OSError as problem:
+        raise error(f"{path}: it cannot be read: {problem.strerror or problem}.") from problem
+    except (UnicodeDecodeError, csv.Error) as problem:
+        raise error(f"{path}: it is not a CSV text file: {problem}.") from problem
+    return CsvTable(columns, np.array(rows).reshape(len(rows), len(columns)), lines)
+
+
+def _check_once(path: str | Path, columns: Sequence[str], error: type[InputError]) -> None:
+    for position, name in enumerate(columns):
+        if name in columns[:position]:
+            raise error(f"{path}: line 1, column {name} is there twice, but must be once.")
+
+
+def _numbers(
+    path: str | Path,
+    line: int,
+    columns: Sequence[str],
+    texts: Sequence[str],
+    error: type[InputError],
+) -> list[float]:
+    if len(texts) != len(columns):
+        allowed = f"{len(columns)}, as in the header"
+        raise error.at(path, f"line {line}, number of values", len(texts), allowed)
+    numbers = []
+    for name, text in zip(columns, texts, strict=True):
+        try:
+            number = float(text)
+        except ValueError:
+            number = math.nan
+        if not math.isfinite(number):
+            key = f"line {line}, column {name}"
+            raise error.at(path, key, text.strip(), "a finite number")
+        numbers.append(number)
+    return numbers

@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from omnimorph import analysis, textbook
+    from omnimorph import analysis, identification, textbook
     from omnimorph.control.allocators import (
         ExhaustiveTilt,
         FixedTilt,
@@ -73,6 +73,7 @@ _HOME = {
     "effects": "simulation.effects",
     "fly": "simulation.fly",
     "full_allocation_matrix": "model.allocation",
+    "identification": "identification",
     "list_scenarios": "simulation.scenario_files",
     "list_vehicles": "design.files",
     "load_plant": "simulation.scenario_files",
@@ -84,7 +85,7 @@ _HOME = {
     "stability_margins": "control.margins",
     "textbook": "textbook",
 }
-_MODULES = {"analysis", "effects", "textbook"}
+_MODULES = {"analysis", "effects", "identification", "textbook"}
 
 __all__ = [
     "Command",
@@ -116,6 +117,7 @@ __all__ = [
     "effects",
     "fly",
     "full_allocation_matrix",
+    "identification",
     "list_scenarios",
     "list_vehicles",
     "load_plant",

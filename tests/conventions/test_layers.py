@@ -52,7 +52,7 @@ def test_rooms_are_stacked_as_the_architecture_draws_them() -> None:
         ["report", "viewer", "export"],
         ["simulation", "textbook"],
         ["control"],
-        ["analysis"],
+        ["analysis", "identification"],
         ["reference", "results"],
         ["model"],
         ["design"],

@@ -1,0 +1,153 @@
+"""Wrong units, recognised by the factor they leave behind.
+
+A speed written in another unit than its column says is off by a factor of 2π, 60 or 60/2π, a
+coefficient of force or torque per squared speed by its square. `check_ratio` finds the first beside
+a second speed, `check_expected` the second beside coefficients that were expected, and
+`torque_hint` a torque that does not fit its force.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from omnimorph.errors import InputError
+from omnimorph.units import unit_of
+
+__all__ = ["SPEED_UNITS", "check_expected", "check_ratio", "torque_hint"]
+
+SPEED_UNITS = {"Hz": "Hz", "rad_per_s": "rad/s", "rpm": "rpm"}
+"""Suffix of a column -> how the unit is written."""
+
+_CLOSE = 0.05  # relative: two readings of one speed
+_ALIKE = 0.35  # relative: two propellers of one kind; (2π)² = 39 and 60²/(2π)² = 91 stay apart
+_USUAL = (0.005, 0.05)  # m, torque over force of propellers from 4 to 30 inches
+_TORQUE_UNITS = {"N cm": 1e-2, "N mm": 1e-3, "kgf cm": 9.80665e-2, "oz in": 7.0616e-3}
+_FORCE_UNITS = {"gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.44822}
+
+
+class _Mistake(NamedTuple):
+    """A column of speeds that says one unit and holds another."""
+
+    said: str
+    meant: str
+    factor: float  # by which the speeds come out too large
+    words: str
+    of_coefficient: str  # by which the coefficients do: its inverse square
+
+
+_TURN = 2.0 * math.pi
+_MISTAKES = (
+    _Mistake("Hz", "rad_per_s", _TURN, "2π", "1/(2π)²"),
+    _Mistake("rad_per_s", "Hz", 1.0 / _TURN, "1/2π", "(2π)²"),
+    _Mistake("Hz", "rpm", 60.0, "60", "1/60²"),
+    _Mistake("rpm", "Hz", 1.0 / 60.0, "1/60", "60²"),
+    _Mistake("rad_per_s", "rpm", 60.0 / _TURN, "60/2π", "(2π/60)²"),
+    _Mistake("rpm", "rad_per_s", _TURN / 60.0, "2π/60", "(60/2π)²"),
+)
+
+
+def check_ratio(path: str, first: str, second: str, ratio: float) -> None:
+    """Refuse two columns whose speeds differ by the factor between two units.
+
+    Parameters
+    ----------
+    path : str
+        For the message.
+    first, second : str
+        Names of the columns, the unit at the end.
+    ratio : float
+        How many times the second the first is, both converted as their names say.
+
+    Raises
+    ------
+    InputError
+        If the ratio is within 5 % of such a factor: the units the numbers look like.
+    """
+    suspects = []
+    for name, too_large in ((first, ratio), (second, 1.0 / ratio)):
+        for mistake in _MISTAKES:
+            near = abs(too_large / mistake.factor - 1.0) < _CLOSE
+            if near and mistake.said == unit_of(name):
+                suspects.append(f"the numbers under {name} look like {SPEED_UNITS[mistake.meant]}")
+    if suspects:
+        words = next(m.words for m in _MISTAKES if abs(ratio / m.factor - 1.0) < _CLOSE)
+        sentence = f"{path}: {first} is {ratio:.4g} times {second}, which is {words}: "
+        sentence += f"{', or '.join(suspects)}."
+        raise InputError(sentence, file=path, key=first, value=ratio)
+
+
+def check_expected(
+    source: str, thrust: float, drag: float, thrust_expected: float, drag_expected: float | None
+) -> None:
+    """Refuse coefficients that differ from those expected by the factor of a wrong unit.
+
+    Parameters
+    ----------
+    source : str
+        For the message.
+    thrust, drag : float, N s²/rad² and N m s²/rad²
+        As fitted.
+    thrust_expected, drag_expected : float, the same units
+        What was expected, the second None if that is not known.
+
+    Raises
+    ------
+    InputError
+        If the ratio is within 35 % of the square of a factor between units of speed, or of the
+        factor of a unit of force: the unit that the numbers look like.
+    """
+    ratio = thrust / thrust_expected
+    drag_ratio = ratio if drag_expected is None else drag / drag_expected
+    for mistake in _MISTAKES:
+        too_large = mistake.factor**-2
+        if all(_alike(found, too_large) for found in (ratio, drag_ratio)):
+            raise InputError(
+                f"{source}: the thrust coefficient is {ratio:.3g} times the one expected, about "
+                f"{mistake.of_coefficient}: the speeds look like {SPEED_UNITS[mistake.meant]} "
+                f"where {SPEED_UNITS[mistake.said]} is said.",
+                file=source,
+                key="speed",
+                value=ratio,
+            )
+    for unit, size in _FORCE_UNITS.items():
+        if _alike(ratio, 1.0 / size) and (drag_expected is None or _alike(drag_ratio, 1.0)):
+            raise InputError(
+                f"{source}: the thrust coefficient is {ratio:.3g} times the one expected; the "
+                f"forces look like {unit} where N is said.",
+                file=source,
+                key="force",
+                value=ratio,
+            )
+
+
+def _alike(found: float, factor: float) -> bool:
+    return found > 0.0 and abs(math.log(found / factor)) < _ALIKE
+
+
+def torque_hint(drag_to_thrust: float) -> str:
+    """Return a sentence on a torque that does not fit its force, "" if it does.
+
+    Torque over force, κ = c_τ/c_f, is a length that grows with the propeller: 0.005 to 0.05 m for
+    those of 4 to 30 inches. The unit of the speed does not change it.
+
+    Parameters
+    ----------
+    drag_to_thrust : float, m
+        κ as fitted.
+    """
+    low, high = _USUAL
+    if low <= drag_to_thrust <= high:
+        return ""
+    sentence = f"Torque over force is {drag_to_thrust:.3g} m, and {low:g} to {high:g} m is usual"
+    likely = [
+        f"torque in {unit} ({drag_to_thrust * size:.2g} m)"
+        for unit, size in _TORQUE_UNITS.items()
+        if low <= drag_to_thrust * size <= high
+    ]
+    likely += [
+        f"force in {unit} ({drag_to_thrust / size:.2g} m)"
+        for unit, size in _FORCE_UNITS.items()
+        if low <= drag_to_thrust / size <= high
+    ]
+    return f"{sentence}; it would be with {' or '.join(likely)}." if likely else f"{sentence}."

@@ -73,8 +73,8 @@ def fit_steps(time: FloatArray, speed: FloatArray, command: FloatArray) -> tuple
     Returns
     -------
     tuple of StepFit
-        One a step. Steps through zero, and those with fewer than 8 rows, or fewer than 3 within the
-        time constant, are left out.
+        One a step. Steps through zero, those with fewer than 8 rows, or fewer than 3 within the
+        time constant, and those whose interval reaches zero are left out.
     """
     least = _LEAST_STEP * float(np.abs(command).max(initial=0.0))
     starts = np.flatnonzero(np.abs(np.diff(command)) > max(least, 1e-9)) + 1
@@ -143,6 +143,8 @@ def _fit_step(
     scale = np.abs(slope).max(axis=0)
     spread = squares / (len(since) - 3) * np.linalg.pinv((slope / scale).T @ (slope / scale))
     half = float(t.ppf(0.975, len(since) - 3)) * math.sqrt(spread[2, 2]) / float(scale[2])
+    if half >= tau:  # the rows do not tell it from an instant
+        return None
     return StepFit(
         begin=begin,
         end=end,

@@ -102,7 +102,10 @@ def test_file_that_is_none(tmp_path: Path) -> None:
         ({"force": [1.0, 2.0]}, "number of values of force is 2, but it must be 3, as there are"),
         ({"torque": [[1.0], [2.0], [3.0]]}, "torque is [[1.0], [2.0], [3.0]], but it must be one"),
         ({"speed": ["a", "b", "c"]}, 'speed is ["a"'.replace('"', "'")),
-        ({"command": [1.0, np.inf, 2.0]}, "command is [1.0, inf, 2.0], but it must be one row of"),
+        (
+            {"command": [1.0, np.inf, 2.0]},
+            "command is [1.0, inf, 2.0], but it must be one row of finite",
+        ),
         ({"time": [0.0, 1.0, 1.0]}, 'line 3, time is "1 s", but it must be later'),
     ],
 )

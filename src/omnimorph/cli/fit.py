@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "fit the numbers of a rotor to bench data, with 95 % intervals"
-NEEDS = ("omnimorph.identification", "scipy.optimize", "scipy.stats")
+NEEDS = ("omnimorph.identification", "scipy.optimize", "scipy.special")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

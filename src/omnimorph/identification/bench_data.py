@@ -20,6 +20,7 @@ __all__ = ["BenchData", "read_bench"]
 _SPEEDS = tuple(f"speed_{unit}" for unit in SPEED_UNITS)
 _COMMANDS = tuple(f"command_{unit}" for unit in SPEED_UNITS)
 _ALWAYS = ("time_s", "force_N", "torque_Nm")
+_TOO_LARGE = 1e12  # no bench reads as much, and squares stay within what can be computed with
 _SAME = 0.02  # two columns of one speed agree this well, relative
 
 
@@ -48,7 +49,7 @@ class BenchData:
     Raises
     ------
     InputError
-        If a number is not finite, the lengths differ or the time does not increase.
+        If a number is not finite or beyond 1e12, the lengths differ or the time does not increase.
     """
 
     time: FloatArray
@@ -77,8 +78,9 @@ class BenchData:
             array = np.array(value, dtype=np.float64)
         except (TypeError, ValueError):
             array = np.array(np.nan)
-        if array.ndim != 1 or not np.isfinite(array).all():
-            raise InputError.at(self.source, name, value, "one row of finite numbers")
+        if array.ndim != 1 or not (np.abs(array) < _TOO_LARGE).all():
+            allowed = f"one row of finite numbers below {_TOO_LARGE:g}"
+            raise InputError.at(self.source, name, value, allowed)
         if array.size != np.size(self.time):
             allowed = f"{np.size(self.time)}, as there are times"
             raise InputError.at(self.source, f"number of values of {name}", array.size, allowed)

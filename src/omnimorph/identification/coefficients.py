@@ -172,12 +172,12 @@ def _median_slope(square: FloatArray, measured: FloatArray) -> float:
 
 def _estimate(square: FloatArray, measured: FloatArray) -> Estimate:
     """Return the least-squares slope through the origin and its interval."""
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     size = float(square @ square)
     slope = float(square @ measured) / size
     leverage = square**2 / size
     residual = (measured - slope * square) / np.maximum(1.0 - leverage, _ROUNDING)
     error = math.sqrt(float((square**2) @ residual**2)) / size
-    half = float(t.ppf(0.975, max(int((square != 0.0).sum()) - 1, 1))) * error
+    half = float(stdtrit(max(int((square != 0.0).sum()) - 1, 1), 0.975)) * error
     return Estimate(slope, slope - half, slope + half)

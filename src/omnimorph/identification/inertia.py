@@ -165,7 +165,7 @@ def assemble(parts: Sequence[Part]) -> MassProperties:
     Raises
     ------
     InputError
-        If there is no part.
+        If there is no part, or the numbers are too large to compute with.
 
     Examples
     --------
@@ -180,10 +180,13 @@ def assemble(parts: Sequence[Part]) -> MassProperties:
         raise InputError("there are no parts, but there must be one or more.")
     masses = np.array([part.mass for part in parts])
     positions = np.array([part.position for part in parts])
-    centre = masses @ positions / masses.sum()
     inertia = np.zeros((3, 3))
-    for part, p in zip(parts, positions - centre, strict=True):
-        inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
+    with np.errstate(over="ignore", invalid="ignore"):
+        centre = masses @ positions / masses.sum()
+        for part, p in zip(parts, positions - centre, strict=True):
+            inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
+    if not np.isfinite(inertia).all():
+        raise InputError("the parts are too heavy or too large to compute with.")
     return MassProperties(mass=float(masses.sum()), centre=centre, inertia=inertia)
 
 

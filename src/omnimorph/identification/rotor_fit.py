@@ -28,6 +28,7 @@ __all__ = ["LEAST_ROWS", "RotorFit", "fit_rotor"]
 LEAST_ROWS = 8
 """So many rows must turn in a sense of rotation for it to be fitted."""
 _MOVING = 0.02  # of the largest speed: slower rows count as at rest
+_STILL = 1e-6  # rad/s: a rotor that turns no faster rests
 _LEAST_RANGE = 1.2  # the fastest over the slowest moving row
 _MOST_OUTLIERS = 0.2  # of all rows
 
@@ -162,7 +163,7 @@ def fit_rotor(
 def _sides(bench: BenchData) -> tuple[Rows, Rows]:
     """Return which rows turn forward and which in reverse; refuse what cannot be fitted."""
     size = np.abs(bench.speed)
-    slowest = _MOVING * float(size.max(initial=0.0))
+    slowest = max(_MOVING * float(size.max(initial=0.0)), _STILL)
     sides = (bench.speed > slowest, bench.speed < -slowest)
     counts = [int(side.sum()) for side in sides]
     most = max(counts)

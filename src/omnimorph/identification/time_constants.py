@@ -98,12 +98,12 @@ def combined(steps: Sequence[StepFit]) -> Estimate | None:
     value = float(weights @ values / weights.sum())
     half = 1.0 / math.sqrt(float(weights.sum()))
     if len(steps) > 1:
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
         # the scatter in units of one standard deviation, of which a half interval holds 1.96
         scatter = 1.96**2 * float(weights @ (values - value) ** 2) / (len(steps) - 1)
         if scatter > 1.0:
-            half *= math.sqrt(scatter) * float(t.ppf(0.975, len(steps) - 1)) / 1.96
+            half *= math.sqrt(scatter) * float(stdtrit(len(steps) - 1, 0.975)) / 1.96
     return Estimate(value, value - half, value + half)
 
 
@@ -112,7 +112,7 @@ def _fit_step(
 ) -> StepFit | None:
     """Fit one step; None if it has too few rows or the speed does not follow."""
     from scipy.optimize import minimize_scalar
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     start = float(speed[begin - 1])
     settled = float(np.median(speed[begin + (end - begin) // 2 : end]))
@@ -142,7 +142,7 @@ def _fit_step(
     slope = np.column_stack([np.ones_like(fall), fall, amplitude * fall * since / tau**2])
     scale = np.abs(slope).max(axis=0)
     spread = squares / (len(since) - 3) * np.linalg.pinv((slope / scale).T @ (slope / scale))
-    half = float(t.ppf(0.975, len(since) - 3)) * math.sqrt(spread[2, 2]) / float(scale[2])
+    half = float(stdtrit(len(since) - 3, 0.975)) * math.sqrt(spread[2, 2]) / float(scale[2])
     if half >= tau:  # the rows do not tell it from an instant
         return None
     return StepFit(

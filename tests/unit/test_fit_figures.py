@@ -49,13 +49,12 @@ def test_lines_have_the_slopes_fitted(both_ways: RotorFit) -> None:
     ):
         (x0, y0), (x1, y1) = points(curve(panel, label))
         assert (y1 - y0) / (x1 - x0) == pytest.approx(1e3 * TURN**2 * estimate.value)
-    assert points(curve(force, "left out")).tolist() == [
-        [1e-3 * both_ways.bench.speed[10] * abs(both_ways.bench.speed[10]) / TURN**2,
-         both_ways.bench.force[10]]
-    ]  # fmt: skip
+    (left_out,) = points(curve(force, "left out"))
+    w_Hz = both_ways.bench.speed[10] / TURN
+    assert left_out == pytest.approx([1e-3 * w_Hz * abs(w_Hz), both_ways.bench.force[10]])
     assert len(points(curve(force, "measured"))) == 119
-    assert (points(curve(torque, "measured"))[:, 0] * points(curve(torque, "measured"))[:, 1]
-            ).min() > 0.0  # fmt: skip
+    turned = points(curve(torque, "measured"))
+    assert (turned[:, 0] * turned[:, 1]).min() > 0.0
 
 
 def test_residuals_are_measured_less_fitted(both_ways: RotorFit) -> None:
@@ -93,8 +92,9 @@ def test_a_way_without_steps_says_so() -> None:
     time: FloatArray = np.arange(400) / 500.0
     command = TURN * np.where(time < 0.4, 60.0, 120.0)
     speed = lagged(time, command, 0.025, 0.045)
-    columns = {"force": THRUST * speed**2, "torque": DRAG * speed**2, "command": command}
-    fit = fit_rotor(BenchData(time=time, speed=speed, **columns))
+    force, torque = THRUST * speed**2, DRAG * speed**2
+    run = BenchData(time=time, speed=speed, force=force, torque=torque, command=command)
+    fit = fit_rotor(run)
     _, down = fit_figures.steps(fit).axes
     assert down.get_title("left") == "no step down was fitted"
 

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 __all__ = ["coefficients", "residuals", "steps"]
 
-_MOST_DOTS = 4000
+_MOST_DOTS = 1500  # of a curve: of longer ones every second, third ... row is drawn
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "alpha": 0.55}
 _CROSS: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5.0, "zorder": 4}
 _FORCE, _TORQUE = "force (N)", "torque (N m)"
-_MOST_STEPS = 200
+_MOST_STEPS = 12
 
 
 @styled
@@ -80,9 +80,9 @@ def residuals(fit: RotorFit) -> Figure:
 
 @styled
 def steps(fit: RotorFit) -> Figure:
-    """Draw every step that was fitted, as the share of the way done over the time since then.
+    """Draw steps that were fitted, as the share of the way done over the time since they began.
 
-    For a fit with steps.
+    The first 12 each way; for a fit with steps.
     """
     figure, axes = new_figure(3.0, 1, 2, sharey=True)
     for panel, up, constant in zip(
@@ -91,7 +91,7 @@ def steps(fit: RotorFit) -> Figure:
         (fit.time_constant_up, fit.time_constant_down),
         strict=True,
     ):
-        chosen = [step for step in fit.steps if step.up == up][:_MOST_STEPS]
+        fitted = [step for step in fit.steps if step.up == up]
         word = "up" if up else "down"
         if constant is None:
             panel.set_title(f"no step {word} was fitted", loc="left")
@@ -99,7 +99,7 @@ def steps(fit: RotorFit) -> Figure:
             continue
         end = 6.0 * constant.value
         shown = np.linspace(0.0, end, 200)
-        for step in chosen:
+        for step in fitted[:_MOST_STEPS]:
             # the curve itself tells where it would have begun
             time = fit.bench.time[step.begin : step.end] - fit.bench.time[step.first]
             start = float(fit.bench.speed[step.begin - 1])
@@ -116,7 +116,9 @@ def steps(fit: RotorFit) -> Figure:
         )
         half = 0.5 * from_SI(constant.high - constant.low, "ms")
         told = f"{from_SI(constant.value, 'ms'):.4g} ± {half:.2g} ms"
-        panel.set_title(f"{word}: {told} ({len(chosen)} steps)", loc="left")
+        panel.set_title(
+            f"{word}: {told} ({len(fitted)} step{'s' if len(fitted) > 1 else ''})", loc="left"
+        )
         panel.set_xlabel("time since the fitted curve began (ms)")
     axes[0, 0].set_ylabel("share of the way (–)")
     axes[0, 0].set_ylim(-0.15, 1.15)

@@ -10,7 +10,7 @@ import pytest
 from tests.physics.bench_runs import DRAG, THRUST, TURN, bench_run, staircase
 
 from omnimorph.errors import InputError
-from omnimorph.identification import BenchData, fit_rotor, read_bench
+from omnimorph.identification import BenchData, RotorFit, fit_rotor, read_bench
 from omnimorph.protocols import FloatArray
 
 HEADER = "time_s,speed_Hz,force_N,torque_Nm"
@@ -318,3 +318,41 @@ def test_steps_too_fast_for_the_samples_are_told() -> None:
     fit = fit_rotor(bench_run(speed, command=speed))
     assert fit.time_constant_up is None
     assert any(told.startswith("No step up of the command") for told in fit.warnings)
+
+
+@pytest.mark.parametrize("command_Hz", [0.0, 90.0])
+def test_command_that_never_steps_gives_no_time_constants(command_Hz: float) -> None:
+    fit = fit_rotor(bench_run(staircase(), command=np.full(120, TURN * command_Hz)))
+    assert (fit.time_constant_up, fit.time_constant_down, fit.steps) == (None, None, ())
+    assert sum(told.startswith("No step ") for told in fit.warnings) == 2
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_numbers_are_fitted_or_refused(seed: int) -> None:
+    """Whatever a file holds, the answer is finite or one sentence."""
+    random = np.random.default_rng(seed)
+    rows = int(random.integers(8, 60))
+    held = np.repeat(random.uniform(-900.0, 900.0, rows // 5 + 1), 5)[:rows]
+    speed = held if seed % 2 else 10.0 ** random.uniform(-9.0, 6.0, rows)
+    scale = 10.0 ** random.uniform(-9.0, -3.0)
+    run = BenchData(
+        time=np.cumsum(10.0 ** random.uniform(-6.0, 1.0, rows)),
+        speed=speed,
+        force=scale * speed * np.abs(speed) + random.normal(0.0, 10.0 ** random.uniform(-9.0, 0.0)),
+        torque=np.round(1e-7 * speed * np.abs(speed), 3),
+        command=held,
+    )
+    found = fitted_or_refused(run)
+    if isinstance(found, InputError):
+        assert str(found).startswith("the bench data: ")
+    else:
+        estimates = [found.thrust.both, found.drag.both]
+        estimates += [step.time_constant for step in found.steps]
+        assert np.isfinite(estimates).all()
+
+
+def fitted_or_refused(run: BenchData) -> RotorFit | InputError:
+    try:
+        return fit_rotor(run)
+    except InputError as refused:
+        return refused

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -79,11 +80,11 @@ def fit_steps(time: FloatArray, speed: FloatArray, command: FloatArray) -> tuple
     least = _LEAST_STEP * float(np.abs(command).max(initial=0.0))
     starts = np.flatnonzero(np.abs(np.diff(command)) > max(least, 1e-9)) + 1
     found = []
-    for begin, end in zip(starts, [*starts[1:], len(time)], strict=True):
+    for begin, end in pairwise([*starts.tolist(), len(time)]):
         before, after = float(command[begin - 1]), float(command[begin])
         if before * after >= 0.0:  # a reversal follows both time constants, one after the other
             up = abs(after) > abs(before)
-            found.append(_fit_step(time, speed, int(begin), int(end), up))
+            found.append(_fit_step(time, speed, begin, end, up))
     return tuple(step for step in found if step is not None)
 
 

@@ -156,3 +156,11 @@ def test_bad_parts(program: Program, tmp_path: Path, old: str, new: str, told: s
     assert (done.returncode, done.stdout) == (2, "")
     assert told in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["fit", "inertia"])
+def test_help(program: Program, command: str) -> None:
+    for words in (["--help"], [command, "--help"]):
+        done = program(*words)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert command in done.stdout

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
-SUMMARY = "fit the numbers of a rotor to bench data, with 95 % intervals"
+SUMMARY = "fit the numbers of a rotor to bench data, each with its confidence interval"
 NEEDS = ("omnimorph.identification", "scipy.optimize", "scipy.special")
 
 

@@ -128,8 +128,8 @@ def test_with_one_servo_a_fine_search_finds_nothing_cheaper_nearby() -> None:
 def test_against_a_general_nonlinear_solver() -> None:
     """SciPy's SLSQP from the thrusts where the rule starts: 200 steps of seven vehicles.
 
-    J has several minima, so that two ways down may end in two of them: SLSQP's is lower in one of
-    these steps, where a rotor near rest may turn either way. It is above ours in several.
+    J has several minima, so that two ways down may end in two of them: they do in one of these
+    steps, where a rotor near rest may turn either way and SLSQP finds the lower end.
     """
     generator = np.random.default_rng(5)
     excess = []

@@ -5,12 +5,12 @@
 // over f_min <= f <= f_max, |α_j − α_j⁻| <= ε_j and the limits of the servos, where ε_j is what a control step allows.
 //
 // J is convex in the thrusts and not in the tilts. So the thrusts are eliminated: φ(α) = min J(f, α) over f, a box QP in n
-// variables, and φ falls by Newton's method with bounds, a box QP in m. Its Hessian is the Schur complement of that of J in
-// the n + m variables, over the thrusts that are free, with the second derivatives of the wrench: among answers of one
+// variables, and φ falls by Newton's method within the bounds. Its Hessian is the Schur complement of that of J in the
+// n + m variables, over the thrusts that are free, with the second derivatives of the wrench: among answers of one
 // wrench the effort gets all its curvature from them. A step counts only if φ falls, and is halved until it does.
 //
-// (One box QP in n + m variables, its wrench linear in the tilts, steps out of the narrow curved valley of equal wrenches
-// and takes many times as many steps.)
+// (One box QP in n + m variables steps out of the narrow curved valley of equal wrenches, and is halved back; where the
+// effort decides, as in the paper's Case A, six servos took it more than twice as many steps.)
 //
 // The residual that proves the answer is that of J: max |z − clamp(z − ∇J/2)| over z = (x, α), with α in rad and ∇J divided
 // by the mean of the diagonal of the Hessian in x, as at a fixed tilt.
@@ -210,7 +210,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             }
         }
 
-        /// The increments of the tilts by a box QP, and where they end at a bound.
+        /// The increments of the tilts, and where they end at a bound.
         BoxQpSolution<T, M> newton_step(const Point<M>& p) const {
             BoxQp<T, M> qp(m_);
             BoxQpSolution<T, M> step;

@@ -103,12 +103,12 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = _named(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
-    _check_it_can_fly(vehicle, file)
     if isinstance(content.plant, str):
         beside = _beside(content.plant, folder)
         plant = _named(file, lambda: load_plant(beside))
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
+    _check_it_can_fly(vehicle, file)
     start_tilt = to_SI(np.array(content.start_tilt_deg), "deg")
     controller = content.controller
     gains, allocator = _named(

@@ -181,16 +181,16 @@ def platform_table(rows: Sequence[Compared]) -> Table:
             str(row.platform.n_rotors),
             str(row.platform.n_servos),
             number(row.platform.mass, 3),
-            f"{row.platform.kind.value}; {row.platform.thrust_kind.value}",
             number(row.platform.radius_over_weight, 3),
             number(row.platform.lateral_over_weight, 3),
             number(row.platform.hover_power_per_kg, 3),
+            f"{row.platform.kind.value}; {row.platform.thrust_kind.value}",
         ]
         for row in rows
     ]
-    head = ["", "rotors", "servos", "mass (kg)", "class", "radius / weight"]
-    head += ["sideways / weight", "hover (W/kg)"]
-    return Table("The platforms.", head, cells, frozenset({1, 2, 3, 5, 6, 7}))
+    head = ["", "rotors", "servos", "kg", "radius", "sideways", "hover (W/kg)", "class"]
+    caption = "The platforms; radius and sideways force over the weight."
+    return Table(caption, head, cells, frozenset(range(1, 7)))
 
 
 def flight_table(rows: Sequence[Compared]) -> Table:

@@ -58,7 +58,7 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
     ("words", "told"),
     [
         ("fyl hover", "'fyl' is not a command; did you mean fly?"),
-        ("zzz", "'zzz' is not a command; known are vehicles, analyze, scenarios, fly, "),
+        ("zzz", "'zzz' is not a command; known are vehicles, new-vehicle, analyze, "),
         ("fly", "the following arguments are required: SCENARIO; see `omnimorph fly --help`."),
         ("--jsn", "omnimorph does not take '--jsn'; see `omnimorph --help`."),
         ("fly hover --ot x", "omnimorph fly does not take '--ot'; see `omnimorph fly --help`."),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from omnimorph import textbook
+from omnimorph.control.allocators import JointTilt
 from omnimorph.design.files import load_vehicle
 from omnimorph.model.core import state_row
 from omnimorph.model.dynamics import hover_thrust
@@ -19,7 +21,15 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 
-__all__ = ["ControlTimes", "LoopTimes", "time_control_steps", "time_loops", "time_python_loop"]
+__all__ = [
+    "JOINTLY",
+    "ControlTimes",
+    "LoopTimes",
+    "time_control_steps",
+    "time_joint_steps",
+    "time_loops",
+    "time_python_loop",
+]
 
 TEXTBOOK_DURATION = 0.25  # s of Case A: enough steps for a rate, few enough to take turns
 CONTROL_STEPS = 4000
@@ -79,7 +89,37 @@ class ControlTimes(NamedTuple):
 def time_control_steps() -> ControlTimes:
     """Step the controller through the states of a noisy flight, thrusts and tilt read each time."""
     scenario = load_scenario("paper-case-a")
-    rows = _states_and_wishes(scenario, fly(scenario))
+    spent = _seconds_a_step(scenario, _states_and_wishes(scenario, fly(scenario)))
+    return ControlTimes(*np.percentile(spent, [50.0, 99.0]).tolist())
+
+
+JOINTLY = ("omnimorph", "voliro", "omav-12")
+"""The vehicles whose thrusts and tilts are allocated jointly against the clock."""
+
+
+def time_joint_steps() -> tuple[float, ...]:
+    """Step joint allocation through noisy tours of `JOINTLY`; the median step of each, in s."""
+    return tuple(
+        float(np.median(_seconds_a_step(scenario, rows))) for scenario, rows in _joint_tours()
+    )
+
+
+@cache
+def _joint_tours() -> list[tuple[Scenario, list[tuple[FloatArray, FloatArray]]]]:
+    tours = []
+    for name in JOINTLY:
+        proposed = load_scenario("tour").for_vehicle(load_vehicle(name))
+        rule = proposed.allocator
+        if not isinstance(rule, JointTilt):
+            rule = JointTilt(
+                W1=rule.W1, W2_position=rule.W2_position, W2_attitude=rule.W2_attitude, W3=rule.W3
+            )
+        scenario = replace(proposed, allocator=rule, proposed=False)
+        tours.append((scenario, _states_and_wishes(scenario, fly(scenario))))
+    return tours
+
+
+def _seconds_a_step(scenario: Scenario, rows: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
     controller = scenario.build_controller()
     clock, spent = time.perf_counter_ns, []
     for state, desired in rows:
@@ -87,7 +127,7 @@ def time_control_steps() -> ControlTimes:
         allocation = controller.step(state, desired)
         _, _ = allocation.thrust, allocation.tilt
         spent.append(clock() - began)
-    return ControlTimes(*(1e-9 * np.percentile(spent, [50.0, 99.0])).tolist())
+    return 1e-9 * np.array(spent)
 
 
 def _states_and_wishes(scenario: Scenario, run: Run) -> list[tuple[FloatArray, FloatArray]]:

@@ -13,9 +13,11 @@ from omnimorph.bench.analysis import (
     time_radii,
 )
 from omnimorph.bench.flights import (
+    JOINTLY,
     ControlTimes,
     LoopTimes,
     time_control_steps,
+    time_joint_steps,
     time_loops,
     time_python_loop,
 )
@@ -40,6 +42,7 @@ class _Round(NamedTuple):
 
     loops: LoopTimes
     control: ControlTimes
+    joint: tuple[float, ...]
     python_loop: float
     radii: RadiusTimes
     analysis: AnalysisTimes
@@ -80,6 +83,7 @@ def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport
             _Round(
                 time_loops(),
                 time_control_steps(),
+                time_joint_steps(),
                 time_python_loop(),
                 time_radii(seed=len(done)),
                 time_analysis(),
@@ -186,6 +190,16 @@ def _python_rows(done: list[_Round]) -> list[Measurement]:
             "the same: 99 of 100 steps take less",
             "µs",
             [1e6 * one.control.almost_all for one in done],
+        ),
+        *(
+            _row(
+                f"joint_step_{vehicle.replace('-', '_')}_us",
+                f"the same with thrusts and tilts at once, {vehicle} on its tour: median",
+                "µs",
+                [1e6 * one.joint[k] for one in done],
+                target,
+            )
+            for k, (vehicle, target) in enumerate(zip(JOINTLY, (1.5, 3.0, 8.0), strict=True))
         ),
         _row(
             "python_controller_steps_per_s",

@@ -71,6 +71,13 @@ def test_a_vehicle_that_cannot_fly_is_refused_by_its_file(tmp_path: Path) -> Non
     assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: vehicle heavy cannot fly: ")
 
 
+@pytest.mark.parametrize("name", ["hover", "tour"])
+def test_no_scenario_takes_a_vehicle_that_cannot_fly(name: str) -> None:
+    heavy = replace(om.load_vehicle("omnimorph"), name="heavy", mass=20.0)
+    with pytest.raises(InputError, match=r"^vehicle heavy"):
+        om.load_scenario(name).for_vehicle(heavy)
+
+
 def test_another_vehicle_gets_its_own_controller() -> None:
     tour, quadrotor = om.load_scenario("tour"), QUADROTOR
     flown = tour.for_vehicle(quadrotor)

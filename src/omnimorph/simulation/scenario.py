@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimorph.analysis.flight_worthiness import why_it_cannot_fly
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
 from omnimorph.control.gains import propose_controller
@@ -112,7 +113,8 @@ class Scenario:
         Raises
         ------
         ScenarioError, VehicleError
-            If the controller, the plant or the start tilt does not fit, or none can be proposed.
+            If it cannot hold itself in the air, if the controller, the plant or the start tilt does
+            not fit, or if none can be proposed.
 
         Examples
         --------
@@ -125,9 +127,13 @@ class Scenario:
         if (tilt == tilt.flat[:1]).all():
             common = np.full(vehicle.n_servos, tilt.flat[0] if tilt.size else 0.0)
             tilt = common.clip(vehicle.servo_angle_min, vehicle.servo_angle_max)
-        gains, allocator = self.gains, self.allocator
         if self.proposed:
             gains, allocator = proposed_controller(vehicle, self.plant, tilt)
+        else:
+            gains, allocator = self.gains, self.allocator
+            if reason := why_it_cannot_fly(vehicle):
+                place = f"vehicle {vehicle.name}"
+                raise ScenarioError(f"{place} cannot fly: {reason}", file=place)
         return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
 
     def build_controller(self) -> PoseController:

@@ -7,13 +7,27 @@ import numpy as np
 from omnimorph.analysis.scaling import common_limits, rank_of, whitened
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["why_it_cannot_fly"]
+__all__ = ["check_it_can_fly", "why_it_cannot_fly"]
 
 _LEAST_RANK = 4  # lift and three torques
 _TILTS = 13  # over the range that all servos share
+
+
+def check_it_can_fly(vehicle: Vehicle) -> None:
+    """Refuse a vehicle that cannot hold itself in the air.
+
+    Raises
+    ------
+    VehicleError
+        With the reason, `why_it_cannot_fly`.
+    """
+    if reason := why_it_cannot_fly(vehicle):
+        place = f"vehicle {vehicle.name}"
+        raise VehicleError(f"{place} cannot fly: {reason}", file=place)
 
 
 def why_it_cannot_fly(vehicle: Vehicle) -> str:

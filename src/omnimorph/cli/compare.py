@@ -33,14 +33,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Compare, write the page if one is wanted, and show the table."""
     import omnimorph as om
-    from omnimorph.studies.comparison import compare, comparison_data, write_comparison
+    from omnimorph.studies.comparison import (
+        COMPARISON_SCHEMA,
+        compare,
+        comparison_data,
+        write_comparison,
+    )
     from omnimorph.studies.own_folder import check_own
 
     names = options.vehicles or om.list_vehicles()
     vehicles = [om.load_vehicle(name) for name in names]
     if options.out is not None:
-        from omnimorph.studies.comparison import COMPARISON_SCHEMA
-
         check_own(options.out, COMPARISON_SCHEMA)
     with console.Progress("comparing") as progress:
         rows = compare(vehicles, progress=progress)

@@ -7,12 +7,13 @@ import re
 from pathlib import Path
 
 from omnimorph.cli import console
+from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.errors import InputError
 
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "write a commented vehicle file that already flies, to start from"
-NEEDS = ("omnimorph.design.new_vehicle",)
+NEEDS = ()
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--kind",
-        choices=("fixed", "synchronised", "independent"),
+        choices=KINDS,
         default="fixed",
         help="how they tilt: not at all, together by one servo, each by its own (default: fixed)",
     )
@@ -31,8 +32,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def answer(options: argparse.Namespace) -> console.Answer:
     """Write the file, unless there is one, and say what to do with it."""
-    from omnimorph.design.new_vehicle import new_vehicle_text
-
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", options.name):
         allowed = "letters, digits, `.`, `_` and `-`, a letter or digit first"
         raise InputError.at("new-vehicle", "NAME", options.name, allowed)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimorph.analysis.flight_worthiness import why_it_cannot_fly
+from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
 from omnimorph.control.gains import propose_controller
@@ -93,7 +94,7 @@ class Scenario:
         """The tilt at the start, one angle for each servo, rad."""
         return as_tilt(self.vehicle, self.start_tilt)
 
-    @property
+    @cached_property  # many linear programs with several servos, and every flight asks
     def lateral_force(self) -> float | None:
         """What the vehicle may push sideways if position goes first, N; None if it does not."""
         if not self.attitude_gives_way:
@@ -131,9 +132,7 @@ class Scenario:
             gains, allocator = proposed_controller(vehicle, self.plant, tilt)
         else:
             gains, allocator = self.gains, self.allocator
-            if reason := why_it_cannot_fly(vehicle):
-                place = f"vehicle {vehicle.name}"
-                raise ScenarioError(f"{place} cannot fly: {reason}", file=place)
+            check_it_can_fly(vehicle)
         return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
 
     def build_controller(self) -> PoseController:

@@ -32,7 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from omnimorph.analysis.flight_worthiness import why_it_cannot_fly
+from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import RULES, AllocationRule
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -108,7 +108,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
         plant = _named(file, lambda: load_plant(beside))
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
-    _check_it_can_fly(vehicle, file)
+    _named(file, lambda: check_it_can_fly(vehicle))
     start_tilt = to_SI(np.array(content.start_tilt_deg), "deg")
     controller = content.controller
     gains, allocator = _named(
@@ -243,12 +243,6 @@ def _plant_from(content: Any, name: str) -> PlantModel:
         effects=effects,
         name=name,
     )
-
-
-def _check_it_can_fly(vehicle: Vehicle, file: str) -> None:
-    reason = why_it_cannot_fly(vehicle)
-    if reason:
-        raise ScenarioError(f"{file}: vehicle {vehicle.name} cannot fly: {reason}", file=file)
 
 
 def _reference_from(content: Any, folder: Path) -> Reference:

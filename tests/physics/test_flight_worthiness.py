@@ -35,6 +35,11 @@ CANNOT: list[tuple[Callable[[], om.Vehicle], str]] = [
     (lambda: build_star(4, mass=5.0), "lift at most 14.4 N without a moment, and it weighs 49.05"),
     (two_rotors, "independent directions, and flying takes 4"),
     (sideways, "cannot push it upwards"),
+    # four rotors at 500 rad/s or more: 4 · 1e-5 · 500² = 10 N, and 0.5 kg weigh less
+    (
+        lambda: build_star(4, mass=0.5, speed_min=500.0),
+        "lift at least 10 N at their lowest speeds, and it weighs 4.905 N",
+    ),
 ]
 
 

@@ -34,7 +34,7 @@ def why_it_cannot_fly(vehicle: Vehicle) -> str:
     """Return why a vehicle cannot hold itself in the air, in a sentence; empty if it can.
 
     It must be able to change lift and all three torques (rank A ≥ 4), and hold its weight at zero
-    moment, at a tilt that all its servos can take.
+    moment, at a tilt that all its servos can take; and its least lift must not exceed its weight.
 
     Parameters
     ----------
@@ -57,13 +57,20 @@ def why_it_cannot_fly(vehicle: Vehicle) -> str:
             f"its rotors change the wrench in {max(ranks)} independent directions, and flying "
             f"takes {_LEAST_RANK}: lift and three torques."
         )
-    lift = max(force_set(vehicle, tilt, zero_moment=True).reach([0.0, 0.0, 1.0]) for tilt in tilts)
+    forces = [force_set(vehicle, tilt, zero_moment=True) for tilt in tilts]
+    lift = max(at_tilt.reach([0.0, 0.0, 1.0]) for at_tilt in forces)
     weight = vehicle.mass * GRAVITY
     if lift <= 1e-9 * weight:
         return "its rotors cannot push it upwards without turning it."
     if lift < weight:
         return (
             f"its rotors lift at most {lift:.4g} N without a moment, and it weighs {weight:.4g} N."
+        )
+    least = min(-at_tilt.support([0.0, 0.0, -1.0]) for at_tilt in forces)
+    if least > weight and vehicle.n_servos < 2:  # several servos lift less at unequal tilts
+        return (
+            f"its rotors lift at least {least:.4g} N at their lowest speeds, and it weighs "
+            f"{weight:.4g} N."
         )
     return ""
 

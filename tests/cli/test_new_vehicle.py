@@ -66,6 +66,7 @@ def test_every_number_says_that_it_is_assumed(
     [
         (["a/b"], "NAME"),
         ([".hidden"], "NAME"),
+        (["mine.toml"], "without .toml"),
         (["mine", "--rotors", "7"], "an even number from 6 to 18"),
         (["mine", "--rotors", "20"], "an even number from 6 to 18"),
         (["mine", "--rotors", "2", "--kind", "independent"], "an even number from 4 to 18"),

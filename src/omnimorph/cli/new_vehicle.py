@@ -32,8 +32,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def answer(options: argparse.Namespace) -> console.Answer:
     """Write the file, unless there is one, and say what to do with it."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", options.name):
-        allowed = "letters, digits, `.`, `_` and `-`, a letter or digit first"
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*(?<!\.toml)", options.name):
+        allowed = "letters, digits, `.`, `_` and `-`, a letter or digit first, without .toml"
         raise InputError.at("new-vehicle", "NAME", options.name, allowed)
     path = Path(f"{options.name}.toml")
     text = new_vehicle_text(options.name, options.rotors, options.kind)

@@ -70,10 +70,12 @@ inline Motion<double> motion_from(const Array& array) {
     expect_size(array, state_width, "state");
     return motion_from(array.data());
 }
+inline Desired<double> desired_from(const double* d) {
+    return {vector_from<3>(d), vector_from<3>(d + 12), matrix_from(d + 3), vector_from<3>(d + 15), vector_from<3>(d + 18), vector_from<3>(d + 21)};
+}
 inline Desired<double> desired_from(const Array& array) {
     expect_size(array, desired_width, "desired");
-    const double* d = array.data();
-    return {vector_from<3>(d), vector_from<3>(d + 12), matrix_from(d + 3), vector_from<3>(d + 15), vector_from<3>(d + 18), vector_from<3>(d + 21)};
+    return desired_from(array.data());
 }
 inline Numbers as_array(const Motion<double>& x) {
     double s[state_width];

@@ -10,5 +10,6 @@ void bind_model(nb::module_& m);
 void bind_plant(nb::module_& m);
 void bind_loop(nb::module_& m);
 void bind_analysis(nb::module_& m);
+void bind_processor(nb::module_& m);
 
 }  // namespace omnimorph::python

@@ -1,14 +1,14 @@
 // The controller, and the flight: all in the core, or one control step or physics step at a time.
 #include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/unique_ptr.h>
 
 #include <optional>
 
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/unique_ptr.h>
-
-#include <type_traits>
-
 #include "bind.hpp"
+#include "flight_arrays.hpp"
+#include "rotor_counts.hpp"
 
 namespace omnimorph::python {
 
@@ -35,30 +35,31 @@ Settings make_controller_settings(const AnyVehicle& vehicle, const Array& veloci
     return s;
 }
 
-AnyCommand command_from(const Array& thrust, const Array& tilt, int n, int m) {
-    return {per_rotor_from(thrust, n, "thrust"), per_servo_from(tilt, m, "tilt")};
-}
-
 /// An allocation as Python sees it; it knows how many rotors and servos it speaks of.
 struct AllocationView {
     AnyAllocation a;
     int n, m;
 };
 
-/// Call `task` with the number of rotors as a constant; 0 for one that has no loop of its own.
-template <class Task> auto with_rotors(int n, const Task& task) {
-    switch (n) {
-        case 4: return task(std::integral_constant<int, 4>());
-        case 6: return task(std::integral_constant<int, 6>());
-        case 8: return task(std::integral_constant<int, 8>());
-        case 12: return task(std::integral_constant<int, 12>());
-        default: return task(std::integral_constant<int, 0>());
-    }
-}
-
 std::unique_ptr<AnyController> new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
     const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
     return with_rotors(vehicle.n_rotors, [&](auto rotors) { return make_controller<rotors>(vehicle, settings, start); });
+}
+
+/// Thrusts (K, n) and tilts (K, m) of K control steps, one after the other.
+std::tuple<Numbers, Numbers> replayed(AnyController& controller, const Array& states, const Array& desired) {
+    const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller.n_rotors), m = static_cast<std::size_t>(controller.n_servos);
+    expect_size(states, K * state_width, "states");
+    expect_size(desired, K * desired_width, "desired");
+    std::vector<Motion<double>> measured;
+    std::vector<Desired<double>> wished;
+    for (std::size_t k = 0; k < K; ++k) {
+        measured.push_back(motion_from(states.data() + k * state_width));
+        wished.push_back(desired_from(desired.data() + k * desired_width));
+    }
+    std::vector<double> thrust(K * n), tilt(K * m);
+    controller.replay(K, measured.data(), wished.data(), thrust.data(), tilt.data());
+    return {new_array(thrust.data(), {K, n}), new_array(tilt.data(), {K, m})};
 }
 
 /// Costs (S, K) of S control steps at K tilts each.
@@ -80,37 +81,6 @@ Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, con
 
 std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
     return with_rotors(parts.model.n_rotors, [&](auto rotors) { return make_flight<rotors>(parts); });
-}
-
-double* column(const nb::dict& columns, const char* name, std::size_t size) {
-    const auto array = nb::cast<nb::ndarray<double, nb::c_contig, nb::device::cpu>>(columns[name], false);  // no copy
-    if (array.size() != size) throw nb::value_error((std::string("column ") + name + " has the wrong size").c_str());
-    return array.data();
-}
-
-Record record_into(const nb::dict& columns, std::size_t rows, std::size_t n, std::size_t m) {
-    Record r;
-    if (columns.size() == 0) return r;
-    r.p = column(columns, "p_WB", 3 * rows);
-    r.R = column(columns, "R_WB", 9 * rows);
-    r.v = column(columns, "v_WB", 3 * rows);
-    r.w = column(columns, "w_WB_B", 3 * rows);
-    r.desired_p = column(columns, "desired_p_WB", 3 * rows);
-    r.desired_R = column(columns, "desired_R_WB", 9 * rows);
-    r.desired_v = column(columns, "desired_v_WB", 3 * rows);
-    r.desired_w = column(columns, "desired_w_WB_B", 3 * rows);
-    r.thrust = column(columns, "thrust", n * rows);
-    r.speed = column(columns, "speed", n * rows);
-    r.tilt = column(columns, "tilt", m * rows);
-    r.tilt_command = column(columns, "tilt_command", m * rows);
-    r.wrench_asked = column(columns, "wrench_asked", 6 * rows);
-    r.wrench_achieved = column(columns, "wrench_achieved", 6 * rows);
-    r.cost = column(columns, "cost", rows);
-    r.kkt_residual = column(columns, "kkt_residual", rows);
-    const auto active = nb::cast<nb::ndarray<std::int8_t, nb::c_contig, nb::device::cpu>>(columns["active"], false);
-    if (active.size() != n * rows) throw nb::value_error("column active has the wrong size");
-    r.active = active.data();
-    return r;
 }
 
 std::unique_ptr<AnyFlight> new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const Settings& controller, const Reference& reference,
@@ -179,7 +149,8 @@ void bind_loop(nb::module_& m) {
         .def("allocate", [](AnyController& c, const Array& state, const Array& acceleration) {
             expect_size(acceleration, 6, "acceleration");
             return AllocationView{c.allocate(motion_from(state), vector_from<6>(acceleration.data())), c.n_rotors, c.n_servos};
-        }, "state"_a, "acceleration"_a);
+        }, "state"_a, "acceleration"_a)
+        .def("replay", &replayed, "states"_a, "desired"_a);
     m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
     m.def("cost_over_tilt", &costs_over_tilt, "vehicle"_a, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a, "tilts"_a);
     m.def("reference_acceleration", [](const Settings& s, const Array& state, const Array& desired) {

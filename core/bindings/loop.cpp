@@ -27,6 +27,14 @@ class CountedController final : public AnyController {
         return uncounted(controller_.allocate(measured, acceleration), n_rotors);
     }
 
+    void replay(std::size_t steps, const Motion<double>* measured, const Desired<double>* desired, double* thrust, double* tilt) override {
+        for (std::size_t k = 0; k < steps; ++k) {
+            const Command<double, N>& command = controller_.step(measured[k], desired[k]).command;
+            for (int i = 0; i < n_rotors; ++i) *thrust++ = command.thrust[i];
+            for (int j = 0; j < n_servos; ++j) *tilt++ = command.tilt[j];
+        }
+    }
+
   private:
     Controller<double, N> controller_;
 };
@@ -36,7 +44,7 @@ class CountedFlight final : public AnyFlight {
     explicit CountedFlight(const FlightParts& parts)
         : flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
                   ControllerSettings<double, N>(parts.controller, parts.model.n_rotors, parts.model.n_servos), *parts.reference, parts.start,
-                  counted(parts.command, parts.model.n_rotors), parts.settings, parts.record) {
+                  counted(parts.command, parts.model.n_rotors), parts.settings, {parts.record}) {
         n_rotors = parts.model.n_rotors;
         n_servos = parts.model.n_servos;
         for (int i = 0; i < n_rotors; ++i) {
@@ -56,13 +64,13 @@ class CountedFlight final : public AnyFlight {
     }
     void refuse_command() override { flight_.refuse_command(); }
     void integrate(int steps, const Vec6<double>& pushed) override {
-        for (int k = 0; k < steps && flight_.status == FlightStatus::flying; ++k) flight_.integrate(flight_.desired(), pushed);
+        for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), pushed);
     }
     PerRotor<double, 0> speed() const override { return cast<double, 0>(flight_.plant.actuators.speed, n_rotors); }
     PerServo<double> tilt() const override { return flight_.plant.actuators.tilt; }
     Vec6<double> wrench_achieved() const override { return flight_.plant.wrench_achieved(); }
     long step() const override { return flight_.step; }
-    FlightStatus status() const override { return flight_.status; }
+    FlightStatus status() const override { return flight_.status(); }
 
   private:
     Flight<double, N> flight_;

@@ -17,6 +17,8 @@ class AnyController {
     virtual ~AnyController() = default;
     virtual AnyAllocation step(const Motion<double>& measured, const Desired<double>& desired) = 0;
     virtual AnyAllocation allocate(const Motion<double>& measured, const Vec6<double>& acceleration) = 0;
+    /// One control step after the other: row k of thrust and tilt answers row k of the states and desired motions.
+    virtual void replay(std::size_t steps, const Motion<double>* measured, const Desired<double>* desired, double* thrust, double* tilt) = 0;
     int n_rotors = 0, n_servos = 0;
 };
 

@@ -11,4 +11,5 @@ NB_MODULE(_core, m) {
     omnimorph::python::bind_plant(m);
     omnimorph::python::bind_loop(m);
     omnimorph::python::bind_analysis(m);
+    omnimorph::python::bind_processor(m);
 }

@@ -31,11 +31,11 @@ bool flies_well(const char* name, omnimorph::AllocationRule rule) {
     auto controller = paper::case_a(vehicle, paper::step);
     controller.rule = rule;
     const auto flight = std::make_unique<Flight<double, paper::rotors>>(paper::perfect_plant(vehicle), vehicle, controller, reference, paper::start(),
-                                                                        paper::hovering(vehicle), settings, Record{});
+                                                                        paper::hovering(vehicle), settings, std::array<Record, 1>{});
     double largest_error = 0, largest_residual = 0;
     const long allocations_before = allocations;
     const auto begin = std::chrono::steady_clock::now();
-    while (flight->status == FlightStatus::flying) {
+    while (!flight->is_over()) {
         const Vec3<double> e = flight->desired().p - flight->plant.motion.p;
         largest_error = std::max(largest_error, std::sqrt(dot(e, e)));
         flight->advance(1);
@@ -45,7 +45,7 @@ bool flies_well(const char* name, omnimorph::AllocationRule rule) {
     const long allocated = allocations - allocations_before;
     std::printf("%s: largest position error %.3g mm, largest KKT residual %.3g, %ld allocations, %.2f M steps/s\n", name, 1e3 * largest_error,
                 largest_residual, allocated, 1e-6 * double(settings.steps) / seconds);
-    return flight->status == FlightStatus::completed && largest_error < 1e-3 && largest_residual < 1e-9 && allocated == 0;
+    return flight->status() == FlightStatus::completed && largest_error < 1e-3 && largest_residual < 1e-9 && allocated == 0;
 }
 
 }  // namespace

@@ -32,15 +32,18 @@ if TYPE_CHECKING:
     from omnimorph.errors import InputError, OmnimorphError
     from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix
     from omnimorph.protocols import Command, Desired, State
+    from omnimorph.results.flights import Flights
     from omnimorph.results.run import Outcome, Run
     from omnimorph.results.store import load_run
     from omnimorph.simulation import effects
     from omnimorph.simulation.fly import fly
+    from omnimorph.simulation.fly_many import fly_many
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
     from omnimorph.simulation.scenario import Scenario
     from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
     from omnimorph.simulation.speed_profile import SpeedProfile, speed_steps
     from omnimorph.simulation.thrust_stand import SixAxisSensor, ThrustStand
+    from omnimorph.simulation.variation import Normal, Uniform
 
 __version__ = "0.1.0"
 
@@ -49,8 +52,10 @@ _HOME = {
     "Desired": "protocols",
     "ExhaustiveTilt": "control.allocators",
     "FixedTilt": "control.allocators",
+    "Flights": "results.flights",
     "InputError": "errors",
     "JointTilt": "control.allocators",
+    "Normal": "simulation.variation",
     "OmnimorphError": "errors",
     "Outcome": "results.run",
     "PlantModel": "simulation.plant",
@@ -66,12 +71,14 @@ _HOME = {
     "ThreeCandidates": "control.allocators",
     "ThrustStand": "simulation.thrust_stand",
     "TrackingGains": "control.tracking",
+    "Uniform": "simulation.variation",
     "Vehicle": "design.vehicle",
     "allocation_matrix": "model.allocation",
     "analysis": "analysis",
     "cost_over_tilt": "control.tilt_cost",
     "effects": "simulation.effects",
     "fly": "simulation.fly",
+    "fly_many": "simulation.fly_many",
     "full_allocation_matrix": "model.allocation",
     "identification": "identification",
     "list_scenarios": "simulation.scenario_files",
@@ -92,8 +99,10 @@ __all__ = [
     "Desired",
     "ExhaustiveTilt",
     "FixedTilt",
+    "Flights",
     "InputError",
     "JointTilt",
+    "Normal",
     "OmnimorphError",
     "Outcome",
     "PlantModel",
@@ -109,6 +118,7 @@ __all__ = [
     "ThreeCandidates",
     "ThrustStand",
     "TrackingGains",
+    "Uniform",
     "Vehicle",
     "__version__",
     "allocation_matrix",
@@ -116,6 +126,7 @@ __all__ = [
     "cost_over_tilt",
     "effects",
     "fly",
+    "fly_many",
     "full_allocation_matrix",
     "identification",
     "list_scenarios",

@@ -16,7 +16,15 @@ PROGRAMS = sorted((CORE / "tests").glob("*.cpp"))
 HEADERS = sorted((CORE / "include").rglob("*.hpp"))
 BINDINGS = sorted((CORE / "bindings").glob("*.cpp"))
 
-STRICT = ["-std=c++17", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", f"-I{CORE / 'include'}"]
+STRICT = [
+    "-std=c++17",
+    "-pthread",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wno-psabi",
+    f"-I{CORE / 'include'}",
+]
 PLAIN = ["-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
 SANITISED = [
     "-O1",
@@ -72,6 +80,13 @@ def test_program_is_clean(
     program: Path, compiler_name: str, flags: list[str], tmp_path: Path
 ) -> None:
     assert build_and_run(program, compiler_name, flags, tmp_path) != ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler_name", ["g++", "clang++"])
+def test_threads_share_nothing_they_write(compiler_name: str, tmp_path: Path) -> None:
+    flags = ["-O1", "-g", "-ffp-contract=off", "-fsanitize=thread"]
+    assert build_and_run(CORE / "tests" / "fly_many.cpp", compiler_name, flags, tmp_path) != ""
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@
 // speed. It takes away thrust alone: drag torque and power go on with the actual speed.
 #pragma once
 
+#include "elementary.hpp"
 #include "wrench.hpp"
 
 namespace omnimorph {
@@ -46,29 +47,27 @@ inline constexpr double beta = 0.948;                       // share of hover th
 
 }  // namespace interference
 
-/// Two rotors in line, and the angle theta of the wake from one to the other either way:
-/// cos theta = constant + cosine cos(alpha) + sine sin(alpha), with the servo of the rotor upstream.
-template <class T> struct StackedPair {
-    struct WakeCosine {
-        int servo;
-        T constant, cosine, sine;
-        T at(const TiltTrigonometry<T>& trig) const { return constant + cosine * trig.cosine[servo] + sine * trig.sine[servo]; }
-    };
-    int above, below;
-    WakeCosine down, up;
+/// The angle theta of a wake: cos theta = constant + cosine cos(alpha) + sine sin(alpha), with the servo of the rotor upstream.
+template <class T> struct WakeCosine {
+    int servo;
+    T constant, cosine, sine;
+    T at(const TiltTrigonometry<T>& trig) const { return constant + cosine * trig.cosine[servo] + sine * trig.sine[servo]; }
+    bool is(const WakeCosine& o) const {
+        return servo == o.servo && !any(opposite(both(constant == o.constant, both(cosine == o.cosine, sine == o.sine))));
+    }
 };
 
-/// A number for each of the pairs that n rotors can form at most, n (n - 1) / 2.
-template <class T, int N> struct PerPair {
+/// Two rotors in line, and which wake (by its number) blows from one to the other, down or up.
+struct StackedPair {
+    int above, below, down, up;
+};
+
+/// A number for each of the wakes, or pairs, that n rotors can form at most: n (n - 1), two for a pair.
+template <class X, int N> struct PerWake {
     static constexpr int rotors = N > 0 ? N : most_rotors;
-    T a[rotors > 1 ? rotors * (rotors - 1) / 2 : 1];
-    T& operator[](int p) { return a[p]; }
-    const T& operator[](int p) const { return a[p]; }
-};
-
-/// a exp(-(theta / s)^2) of each pair's wakes, down (from the rotor above) and up.
-template <class T, int N> struct WakeWeights {
-    PerPair<T, N> down, up;
+    X a[rotors > 1 ? rotors * (rotors - 1) : 1];
+    X& operator[](int k) { return a[k]; }
+    const X& operator[](int k) const { return a[k]; }
 };
 
 /// The stacked pairs of a vehicle, found once, and what their wakes cost.
@@ -79,25 +78,22 @@ template <class T, int N> class Interference {
     Interference(const Vehicle<T, N>& vehicle, WakeModel model) : n_(vehicle.n_rotors), model_(model) {
         for (int a = 0; a < n_; ++a)
             for (int b = 0; b < n_; ++b)
-                if (a != b && is_above(vehicle, a, b)) pairs_[n_pairs_++] = pair_of(vehicle, a, b);
+                if (a != b && is_above(vehicle, a, b)) add_pair(vehicle, a, b);
     }
 
     int n_pairs() const { return n_pairs_; }
-    const StackedPair<T>& pair(int p) const { return pairs_[p]; }
+    const StackedPair& pair(int p) const { return pairs_[p]; }
 
-    /// The wakes at a tilt; all of this model that needs an exponential.
-    WakeWeights<T, N> weights(const TiltTrigonometry<T>& trig) const {
-        WakeWeights<T, N> out;
-        for (int p = 0; p < n_pairs_; ++p) {
-            out.down[p] = weight(pairs_[p].down.at(trig));
-            out.up[p] = weight(pairs_[p].up.at(trig));
-        }
+    /// a exp(-(theta / s)^2) of each wake at a tilt; all of this model that needs an exponential.
+    PerWake<T, N> weights(const TiltTrigonometry<T>& trig) const {
+        PerWake<T, N> out;
+        for (int k = 0; k < n_wakes_; ++k) out[k] = weight(wakes_[k].at(trig));
         return out;
     }
 
     /// The share of its thrust c_f w|w| that each rotor keeps at these speeds (rad/s), 0 to 1. A rotor in several wakes keeps
     /// the product; that a rotor which loses thrust also blows less is left out.
-    PerRotor<T, N> thrust_kept(const WakeWeights<T, N>& weights, const PerRotor<T, N>& speed) const {
+    PerRotor<T, N> thrust_kept(const PerWake<T, N>& weights, const PerRotor<T, N>& speed) const {
         PerRotor<T, N> kept{};
         for (int i = 0; i < n_; ++i) kept[i] = T(1);
         for (int p = 0; p < n_pairs_; ++p) {
@@ -106,7 +102,7 @@ template <class T, int N> class Interference {
             const T upstream = magnitude(select(up, speed[b], speed[a])), downstream = magnitude(select(up, speed[a], speed[b]));
             // a rotor at rest has no thrust to lose, and is not divided by
             const T ratio = upstream / select(downstream > T(0), downstream, T(1));
-            const T share = share_kept(select(up, weights.up[p], weights.down[p]) * ratio);
+            const T share = share_kept(select(up, weights[pairs_[p].up], weights[pairs_[p].down]) * ratio);
             kept[b] = select(down, kept[b] * share, kept[b]);
             kept[a] = select(up, kept[a] * share, kept[a]);
         }
@@ -124,27 +120,30 @@ template <class T, int N> class Interference {
         return distance > 0 && drop >= interference::in_line * distance && double(lane(dot(za, zb), 0)) >= interference::in_line;
     }
 
-    static StackedPair<T> pair_of(const Vehicle<T, N>& vehicle, int a, int b) {
+    void add_pair(const Vehicle<T, N>& vehicle, int a, int b) {
         const Vec3<T> way = vehicle.position[b] - vehicle.position[a];
         const Vec3<T> line = (T(-1) / square_root(dot(way, way))) * way;  // from below to above
         // the wake leaves along -z downwards (w > 0), along +z upwards (w < 0), and the line turns round with it
         const auto wake_of = [&](int i) {
-            return typename StackedPair<T>::WakeCosine{vehicle.servo[i], dot(vehicle.axis[i], line), dot(vehicle.axis_cosine[i], line),
-                                                       dot(vehicle.axis_sine[i], line)};
+            return number_of({vehicle.servo[i], dot(vehicle.axis[i], line), dot(vehicle.axis_cosine[i], line), dot(vehicle.axis_sine[i], line)});
         };
-        return {a, b, wake_of(a), wake_of(b)};
+        pairs_[n_pairs_++] = {a, b, wake_of(a), wake_of(b)};
+    }
+
+    /// Wakes that always leave at the same angle, as all do on a vehicle of one servo, are one.
+    int number_of(const WakeCosine<T>& wake) {
+        for (int k = 0; k < n_wakes_; ++k)
+            if (wakes_[k].is(wake)) return k;
+        wakes_[n_wakes_] = wake;
+        return n_wakes_++;
     }
 
     T weight(const T& cosine_of_angle) const {
         const bool blade = model_ == WakeModel::blade_element;
         const double most = blade ? interference::blade_weight : interference::published_weight;
         const double width = blade ? interference::blade_width : interference::published_width;
-        T out = cosine_of_angle;
-        for (int k = 0; k < lane_count<T>; ++k) {
-            const double angle = std::acos(clamp(double(lane(cosine_of_angle, k)), -1.0, 1.0)) / width;
-            set_lane(out, k, Scalar<T>(most * std::exp(-angle * angle)));
-        }
-        return out;
+        const T angle = arc_cosine(cosine_of_angle) * T(1 / width);
+        return T(most) * exponential_of(-(angle * angle));
     }
 
     /// The share of thrust kept in a wake of strength kappa, 0 to 1.
@@ -159,8 +158,9 @@ template <class T, int N> class Interference {
 
     Count<N> n_;
     WakeModel model_;
-    int n_pairs_ = 0;
-    PerPair<StackedPair<T>, N> pairs_;
+    int n_pairs_ = 0, n_wakes_ = 0;
+    PerWake<StackedPair, N> pairs_;
+    PerWake<WakeCosine<T>, N> wakes_;
 };
 
 }  // namespace omnimorph

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <type_traits>
 
 namespace omnimorph {
@@ -116,6 +117,25 @@ template <class T> inline void set_lane(T& x, [[maybe_unused]] int index, Scalar
     }
 }
 
+/// The bits of each number as an unsigned integer of its size, and back.
+template <class T> struct Bits { using Type = std::make_unsigned_t<typename IntegerOfSize<sizeof(T)>::Type>; };
+template <class S, int Lanes> struct Bits<Pack<S, Lanes>> {
+    typedef typename Bits<S>::Type Type __attribute__((vector_size(Lanes * sizeof(S))));
+};
+template <class T> inline typename Bits<T>::Type bits_of(const T& x) {
+    typename Bits<T>::Type bits;
+    std::memcpy(&bits, &x, sizeof(T));
+    return bits;
+}
+template <class T> inline T from_bits(const typename Bits<T>::Type& bits) {
+    T x;
+    std::memcpy(&x, &bits, sizeof(T));
+    return x;
+}
+
+inline bool is_set(bool mask, [[maybe_unused]] int index) { return mask; }
+template <class S, int Lanes> inline bool is_set(const PackMask<S, Lanes>& mask, int index) { return mask.bits[index] != 0; }
+
 // ---- functions of any number ---------------------------------------------------------------------------
 
 template <class T> inline T minimum(const T& a, const T& b) { return select(a < b, a, b); }
@@ -124,7 +144,7 @@ template <class T> inline T maximum(const T& a, const T& b) { return select(a > 
 template <class T> inline T clamp(const T& x, const T& low, const T& high) {
     return select(x < low, low, select(x > high, high, x));
 }
-template <class T> inline T magnitude(const T& x) { return select(x < T(0), -x, x); }
+template <class T> inline T magnitude(const T& x) { return from_bits<T>(bits_of(x) & ~bits_of(T(-0.0))); }
 /// |x| with the sign of `sign` (a zero sign counts as positive).
 template <class T> inline T with_sign(const T& x, const T& sign) {
     return select(sign < T(0), -magnitude(x), magnitude(x));

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstdint>
+
+#include "elementary.hpp"
 
 namespace omnimorph {
 
@@ -25,17 +26,26 @@ struct NoiseKey {
     std::uint32_t flight;
 };
 
-/// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller).
-inline std::array<double, 2> standard_normal_pair(NoiseKey key, std::uint32_t step, std::uint32_t pair) {
-    const auto bits = philox({step, pair, key.flight, 0u},
-                             {static_cast<std::uint32_t>(key.seed), static_cast<std::uint32_t>(key.seed >> 32)});
-    const auto uniform = [](std::uint32_t high, std::uint32_t low) {  // 53 bits, in (0, 1)
-        const std::uint64_t joined = (std::uint64_t{high} << 32 | low) >> 11;
-        return (static_cast<double>(joined) + 0.5) * 0x1p-53;
-    };
-    const double radius = std::sqrt(-2.0 * std::log(uniform(bits[0], bits[1])));
-    const double angle = 6.283185307179586 * uniform(bits[2], bits[3]);
-    return {radius * std::cos(angle), radius * std::sin(angle)};
+/// 53 bits as a number in (0, 1).
+inline double uniform(std::uint32_t high, std::uint32_t low) {
+    const std::uint64_t joined = (std::uint64_t{high} << 32 | low) >> 11;
+    return (static_cast<double>(joined) + 0.5) * 0x1p-53;
+}
+
+/// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller). The lanes of T are flights that follow
+/// one another, from `first` on.
+template <class T = double> inline std::array<T, 2> standard_normal_pair(NoiseKey first, std::uint32_t step, std::uint32_t pair) {
+    T u, v;
+    for (int l = 0; l < lane_count<T>; ++l) {
+        const auto bits = philox({step, pair, first.flight + std::uint32_t(l), 0u},
+                                 {static_cast<std::uint32_t>(first.seed), static_cast<std::uint32_t>(first.seed >> 32)});
+        set_lane(u, l, Scalar<T>(uniform(bits[0], bits[1])));
+        set_lane(v, l, Scalar<T>(uniform(bits[2], bits[3])));
+    }
+    const T radius = square_root(T(-2) * logarithm_of(u));
+    T sine, cosine;
+    sincos(T(6.283185307179586) * v, sine, cosine);
+    return {radius * cosine, radius * sine};
 }
 
 }  // namespace omnimorph

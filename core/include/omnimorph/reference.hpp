@@ -46,6 +46,10 @@ inline Desired<double> evaluate(const Segment& segment, double time) {
     return d;
 }
 
+template <class T> inline Desired<T> cast(const Desired<double>& d) {
+    return {cast<T>(d.p), cast<T>(d.v), cast<T>(d.R), cast<T>(d.w), cast<T>(d.a), cast<T>(d.dw)};
+}
+
 /// A reference for one flight. Segments hold still before the first and after the last; samples are one row of
 /// p, R, v, w, a, dw (24 numbers) for each physics step.
 class Reference {

@@ -177,3 +177,29 @@ class PoseController:
     def allocate(self, acceleration: FloatArray, state: State) -> Allocation:
         """Return the allocation for a (6,) acceleration, m/s² in W and rad/s² in B."""
         return self._controller.allocate(state_row(*state), acceleration)
+
+    def replay(self, states: FloatArray, desired: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the commands for many control steps, one after the other, without Python between.
+
+        Parameters
+        ----------
+        states : (K, 18) array
+            What was measured, a row as in `step`; from a recorded flight, say.
+        desired : (K, 24) array
+            What was desired.
+
+        Returns
+        -------
+        (K, n) array, (K, m) array
+            Thrusts (N) and tilts (rad).
+
+        Raises
+        ------
+        ScenarioError
+            If the rows are not as many, or not as wide.
+        """
+        measured, wished = (np.ascontiguousarray(rows, float) for rows in (states, desired))
+        if measured.ndim != 2 or measured.shape != (len(wished), 18) or wished.shape[1:] != (24,):
+            shapes = f"{measured.shape} and {wished.shape}"
+            raise ScenarioError.at("replay", "shape of its arrays", shapes, "(K, 18) and (K, 24)")
+        return self._controller.replay(measured, wished)

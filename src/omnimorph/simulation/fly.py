@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import operator
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
@@ -12,11 +10,8 @@ from typing import Any
 import numpy as np
 
 from omnimorph import _core
-from omnimorph.control.controller import core_settings
-from omnimorph.design.files import vehicle_text
 from omnimorph.errors import ScenarioError
-from omnimorph.model.core import as_core, state_row
-from omnimorph.model.dynamics import hover_thrust
+from omnimorph.model.core import as_core
 from omnimorph.protocols import (
     Allocator,
     Command,
@@ -26,25 +21,24 @@ from omnimorph.protocols import (
     Reference,
 )
 from omnimorph.reference.rows import desired_from_row
-from omnimorph.reference.segments import SegmentReference
-from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
-from omnimorph.simulation.plant import as_state, control_steps, send
+from omnimorph.results.run import Outcome, Run
+from omnimorph.simulation.loop_parts import (
+    OUTCOMES,
+    Flown,
+    as_run,
+    empty_columns,
+    loop_parts,
+    whole_number,
+)
+from omnimorph.simulation.plant import as_state, send
 from omnimorph.simulation.scenario import Scenario, described
 
-__all__ = ["MOST_STEPS", "empty_columns", "fly", "measurement_noise", "whole_number"]
+__all__ = ["fly", "measurement_noise"]
 
 Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
-MOST_STEPS = 2**31
-"""How many physics steps a flight has at most; no flight draws the noise of a later one."""
 _NO_DISTURBANCE = np.zeros(6)
 _UNKNOWN = np.full(6, np.nan)
-_OUTCOMES = {
-    _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
-    _core.FlightStatus.LOST: Outcome.LOST,
-    _core.FlightStatus.DIVERGED: Outcome.DIVERGED,
-    _core.FlightStatus.NOT_FINITE: Outcome.NOT_FINITE,
-}
 
 
 def fly(
@@ -132,38 +126,14 @@ class _Loop:
         self.seed = whole_number("fly", "seed", seed, 64)
         self.flight = whole_number("fly", "flight", flight, 32)
         self.reported = 0
-        vehicle, plant = scenario.vehicle, scenario.plant
-        steps = scenario.reference.duration / plant.physics_step
-        if not 0.5 < steps <= MOST_STEPS:
-            allowed = f"from one physics step to {MOST_STEPS} of them"
-            raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
-        self.steps = round(steps)
-        self.control_every = control_steps(plant)
-        self.columns = empty_columns(self.steps + 1, vehicle.n_rotors, vehicle.n_servos)
-        self.settings = core_settings(
-            vehicle,
-            scenario.gains,
-            scenario.allocator,
-            plant.control_period,
-            scenario.lateral_force,
-        )
-        start = scenario.reference(0.0)
-        tilt = scenario.tilt
-        self.last = Command(hover_thrust(vehicle, tilt), tilt)
+        parts = loop_parts(scenario)
+        self.steps, self.control_every = parts.steps, parts.control_every
+        self.settings = parts.controller
+        self.last = Command(parts.thrust, parts.tilt)
+        n, m = scenario.vehicle.n_rotors, scenario.vehicle.n_servos
+        self.columns = empty_columns(self.steps + 1, n, m)
         self.core = _core.new_flight(
-            plant=plant.build_settings(vehicle),
-            model=as_core(vehicle),
-            controller=self.settings,
-            reference=_core_reference(scenario, self.steps),
-            start=state_row(start.p_WB, start.R_WB, np.zeros(6)),
-            thrust=self.last.thrust,
-            tilt=tilt,
-            steps=self.steps,
-            control_every=self.control_every,
-            lost_beyond=scenario.lost_beyond,
-            seed=self.seed,
-            flight=self.flight,
-            columns=self.columns,
+            **parts._asdict(), seed=self.seed, flight=self.flight, columns=self.columns
         )
 
     def fly_in_core(self, progress: Progress | None) -> Outcome:
@@ -171,7 +141,7 @@ class _Loop:
         while self.core.status == _core.FlightStatus.FLYING:
             self.core.advance(_STEPS_BETWEEN_REPORTS)
             self._report(progress)
-        return _OUTCOMES[self.core.status]
+        return OUTCOMES[self.core.status]
 
     def fly_in_python(
         self,
@@ -194,7 +164,7 @@ class _Loop:
             self._integrate(disturbance)
             if core.step - self.reported >= _STEPS_BETWEEN_REPORTS:
                 self._report(progress)
-        return _OUTCOMES[core.status]
+        return OUTCOMES[core.status]
 
     def _integrate(self, disturbance: Disturbance | None) -> None:
         """Fly one control period, or what is left; the last row is recorded without a push."""
@@ -237,83 +207,17 @@ class _Loop:
 
     def as_run(self, outcome: Outcome, wall_time: float) -> Run:
         """Return the rows flown so far as a run."""
-        scenario = self.scenario
-        plant = scenario.plant
-        rows = self.core.step + 1
-        time = np.arange(rows, dtype=np.float64) * plant.physics_step
-        columns = {name: column[:rows] for name, column in self.columns.items()}
-        with np.errstate(all="ignore"):  # a flight that diverged holds what overflows
-            speed = np.abs(columns["speed"])
-            drag = plant.true_vehicle(scenario.vehicle).drag_coefficient
-            columns["drag_power"] = (speed * speed * speed) @ drag
-        return Run(
-            time=time,
-            **columns,
-            outcome=outcome,
-            vehicle=scenario.vehicle,
-            provenance=Provenance(
-                scenario_name=scenario.name,
-                scenario_text=json.dumps(scenario.as_file() | self.written, sort_keys=True),
-                vehicle_text=vehicle_text(scenario.vehicle),
-                plant_name=plant.name,
-                seed=self.seed,
-                flight=self.flight,
-                control_period=plant.control_period,
-                physics_step=plant.physics_step,
-                version=_version(),
-            ),
-            performance=Performance(
-                wall_time=wall_time, real_time_factor=float(time[-1]) / max(wall_time, 1e-9)
-            ),
+        truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
+        flown = Flown(
+            self.columns,
+            self.core.step + 1,
+            outcome,
+            self.seed,
+            self.flight,
+            wall_time,
+            truth.drag_coefficient,
         )
-
-
-def empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
-    """Return the columns of a run, not yet filled, for n rotors and m servos."""
-    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
-    return {
-        column.name: np.empty(
-            (rows, *(sizes[dim] for dim in column.dims)),
-            dtype=np.int8 if column.name == "active" else np.float64,
-        )
-        for column in COLUMNS
-    }
-
-
-def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
-    """Return the reference as the core flies it: segments as they are, anything else sampled."""
-    reference = scenario.reference
-    nothing = np.zeros(0)
-    if isinstance(reference, SegmentReference):
-        return _core.Reference(reference.as_table(), nothing)
-    times = np.arange(steps + 1) * scenario.plant.physics_step
-    sample = getattr(reference, "sample", None)
-    rows = sample(times) if sample else np.array([_row(reference, t) for t in times.tolist()])
-    if not np.isfinite(rows).all():
-        at = times[np.argmin(np.isfinite(rows).all(axis=1))]
-        raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")
-    return _core.Reference(nothing, np.ascontiguousarray(rows))
-
-
-def whole_number(place: str, name: str, value: object, bits: int) -> int:
-    """Return an integer that fits in so many bits; refuse anything else."""
-    try:
-        number = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        number = -1
-    if isinstance(value, bool) or not 0 <= number < 2**bits:
-        raise ScenarioError.at(place, name, value, f"an integer from 0 to 2**{bits} - 1")
-    return number
-
-
-def _row(reference: Reference, time: float) -> FloatArray:
-    """Return the 24 numbers of a point of a reference written in Python."""
-    point = reference(time)
-    row = state_row(*point) if isinstance(point, tuple) else np.zeros(0)
-    if row.shape != (24,):
-        allowed = "an omnimorph.Desired: position, attitude and their first two derivatives"
-        raise ScenarioError.at("the reference", f"the point at {time:g} s", point, allowed)
-    return row
+        return as_run(self.scenario, flown, self.written)
 
 
 def _numbers(what: str, answer: Any) -> FloatArray:
@@ -322,9 +226,3 @@ def _numbers(what: str, answer: Any) -> FloatArray:
         return np.asarray(answer, dtype=np.float64)
     except (TypeError, ValueError):
         raise ScenarioError.at(what, "answer", answer, "numbers") from None
-
-
-def _version() -> str:
-    from omnimorph import __version__
-
-    return __version__

@@ -34,7 +34,7 @@ from omnimorph.simulation.effects import (
     RotorLag,
     SpeedLimits,
 )
-from omnimorph.simulation.fly import MOST_STEPS, empty_columns, whole_number
+from omnimorph.simulation.loop_parts import MOST_STEPS, empty_columns, whole_number
 from omnimorph.simulation.plant import PlantModel, flight_without_controller
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
 from omnimorph.units import from_SI

@@ -44,16 +44,13 @@ template <class T> struct MeasurementNoise {
   private:
     /// Pass the noise of the next step through the filters.
     void draw(NoiseKey first, State& memory) const {
-        for (int pair = 0; pair < 6; ++pair)
-            for (int l = 0; l < lane_count<T>; ++l) {
-                const auto normal = standard_normal_pair({first.seed, first.flight + l}, memory.next_step, pair);
-                for (int k = 0; k < 2; ++k) {
-                    const int c = 2 * pair + k, kind = c / 3;
-                    const auto old = lane(memory.filtered[c], l);
-                    const auto drawn = lane(deviation[kind], l) * static_cast<Scalar<T>>(normal[k]);
-                    set_lane(memory.filtered[c], l, old + lane(filter_gain[kind], l) * (drawn - old));
-                }
+        for (int pair = 0; pair < 6; ++pair) {
+            const std::array<T, 2> normal = standard_normal_pair<T>(first, memory.next_step, static_cast<std::uint32_t>(pair));
+            for (int k = 0; k < 2; ++k) {
+                const int c = 2 * pair + k, kind = c / 3;
+                memory.filtered[c] += filter_gain[kind] * (deviation[kind] * normal[k] - memory.filtered[c]);
             }
+        }
     }
 };
 

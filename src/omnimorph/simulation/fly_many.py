@@ -1,0 +1,297 @@
+"""Fly a scenario many times at once: many vehicles in the lanes of a register, on every core."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph import _core
+from omnimorph.errors import ScenarioError
+from omnimorph.results.flights import BatchPerformance, Flights, Precision
+from omnimorph.results.many_metrics import FlightSums, metrics_from_sums
+from omnimorph.results.run import COLUMNS, Run
+from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
+from omnimorph.simulation.loop_parts import (
+    OUTCOMES,
+    Flown,
+    LoopParts,
+    as_run,
+    empty_columns,
+    loop_parts,
+    whole_number,
+)
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.variation import Distribution, Variation, draw
+
+__all__ = ["fly_many"]
+
+_PATIENCE = 0.1  # s between two looks at whether the user wants to stop
+_BYTES_OF_A_FLIGHT = 800  # without its trace: start, sums, metrics and outcome, with what is copied
+
+
+def fly_many(
+    scenario: Scenario,
+    n: int,
+    *,
+    seed: int = 0,
+    first: int = 0,
+    vary: Mapping[str, Distribution | ArrayLike] | None = None,
+    keep: Iterable[int] | Literal["all"] = (),
+    plant: str | None = None,
+    precision: Precision = "float64",
+    threads: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Flights:
+    """Fly a scenario n times, each flight with its own noise, parameters and start.
+
+    Flight j of a seed is the same to the last bit alone (`fly` with ``flight=j``), in any batch, on
+    any thread and with any instruction set. A Ctrl-C returns the flights that are finished.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is flown; all of its loop runs in the core.
+    n : int
+        How many flights.
+    seed, first : int
+        The flights are `first` … ``first + n − 1`` of this seed.
+    vary : mapping, optional
+        In what flights differ: a distribution (`Uniform`, `Normal`, any of ``scipy.stats``), whose
+        numbers are drawn independently, or an array with a row for each flight. The keys:
+
+        ``mass``, ``inertia``, ``thrust_coefficient``, ``drag_coefficient``
+            The true vehicle's over what the controller believes; coefficients one a rotor.
+        ``effectiveness``
+            Share of its thrust that each rotor gives.
+        ``centre_of_mass``
+            Where the true one is, m in B, three numbers.
+        ``rotor_lag``, ``noise``
+            Factors of the plant's time constants and standard deviations.
+        ``force``, ``torque``
+            Constant, N in W and N m in B, beside the plant's own.
+        ``start_position``, ``start_velocity``, ``start_attitude``, ``start_rate``
+            Beside the reference's start: m and m/s in W, a rotation vector in rad and rad/s in B.
+    keep : iterable of int, or "all"
+        Numbers of the flights whose traces are kept.
+    plant : str, optional
+        Name or file of another plant, such as ``perfect``.
+    precision : "float64" or "float32"
+        Single precision is about twice as fast. Over the catalogue's tours it is good to 40 µm and
+        40 µrad; where a flat cost leaves the tilt to rounding it is another flight
+        (``docs/many-flights.md``).
+    threads : int, optional
+        All cores by default.
+    progress : callable, optional
+        Called now and then with the number of flights done and of all.
+
+    Returns
+    -------
+    Flights
+        Metrics of all, traces of those kept.
+
+    Raises
+    ------
+    ScenarioError
+        If `n` is not positive or more than memory holds, if `vary` names an unknown parameter or
+        gives an impossible vehicle, if `keep` names a flight that is not among them.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> flights = om.fly_many(om.load_scenario("hover"), 8, vary={"mass": om.Uniform(0.9, 1.1)})
+    >>> len(flights), bool(flights.completed.all())
+    (8, True)
+    """
+    if plant is not None:
+        from omnimorph.simulation.scenario_files import load_plant
+
+        scenario = replace(scenario, plant=load_plant(plant))
+    seed = whole_number("fly_many", "seed", seed, 64)
+    first = whole_number("fly_many", "first", first, 32)
+    n = _positive("n", n, 2**32 - first)
+    threads = _positive("threads", threads, 4096) if threads is not None else os.cpu_count() or 1
+    if precision not in ("float64", "float32"):
+        raise ScenarioError.at("fly_many", "precision", precision, "float64 or float32")
+    parts = loop_parts(scenario)
+    kept = _kept(keep, first, n)
+    _refuse_more_than_memory(scenario, parts.steps + 1, n, len(kept))
+    variation = draw({} if vary is None else vary, scenario, seed, first, n)
+    batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
+    return batch.fly(progress)
+
+
+class _Batch:
+    """Flights under way."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        parts: LoopParts,
+        variation: Variation,
+        kept: list[int],
+        seed: int,
+        first: int,
+        precision: Precision,
+        threads: int,
+    ) -> None:
+        self.scenario, self.parts, self.variation = scenario, parts, variation
+        self.seed, self.first, self.precision = seed, first, precision
+        vehicle = scenario.vehicle
+        self.columns = {
+            number: empty_columns(parts.steps + 1, vehicle.n_rotors, vehicle.n_servos)
+            for number in kept
+        }
+        module = batch_module()
+        single = precision == "float32"
+        self.lanes = module.lanes * (2 if single else 1)
+        self.threads = min(threads, math.ceil(variation.flights / self.lanes))
+        arguments = parts._asdict()
+        del arguments["start"]
+        self.began = perf_counter()
+        self.core = module.start(
+            **arguments,
+            starts=variation.starts(parts.start),
+            seed=seed,
+            first=first,
+            variation=variation.for_core(),
+            columns={number - first: columns for number, columns in self.columns.items()},
+            single_precision=single,
+            threads=self.threads,
+        )
+
+    def fly(self, progress: Callable[[int, int], None] | None) -> Flights:
+        """Wait for the end, or for the user to interrupt; return what is finished."""
+        core, n = self.core, self.variation.flights
+        interrupted = False
+        try:
+            while not core.wait(_PATIENCE):
+                if progress is not None:
+                    progress(core.done, n)
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            core.stop()
+            while not core.wait(_PATIENCE):
+                pass
+        wall_time = perf_counter() - self.began
+        if progress is not None:
+            progress(core.done, n)
+        return self._flights(wall_time, interrupted)
+
+    def _flights(self, wall_time: float, interrupted: bool) -> Flights:
+        status = [_core.FlightStatus(code) for code in self.core.status()]
+        finished = np.flatnonzero([one != _core.FlightStatus.FLYING for one in status])
+        outcomes = [OUTCOMES[status[row]] for row in finished]
+        sums = FlightSums(*np.ascontiguousarray(self.core.sums()[finished].T))
+        steps = sum(self.core.last_step(row) for row in finished.tolist())
+        return Flights(
+            number=self.first + finished,
+            metrics=metrics_from_sums(
+                sums,
+                outcomes,
+                physics_step=self.scenario.plant.physics_step,
+                n_servos=self.scenario.vehicle.n_servos,
+            ),
+            varied={name: values[finished] for name, values in self.variation.drawn.items()},
+            runs={
+                number: self._run(number, status[number - self.first], wall_time)
+                for number in self.columns
+                if status[number - self.first] != _core.FlightStatus.FLYING
+            },
+            scenario_name=self.scenario.name,
+            seed=self.seed,
+            precision=self.precision,
+            interrupted=interrupted,
+            performance=BatchPerformance(
+                wall_time=wall_time,
+                vehicle_steps=steps,
+                threads=self.threads,
+                lanes=self.lanes,
+                instruction_set=INSTRUCTION_SET,
+            ),
+        )
+
+    def _run(self, number: int, status: _core.FlightStatus, wall_time: float) -> Run:
+        """Return the trace of one flight; the time it took is its share of the whole batch's."""
+        row = number - self.first
+        truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
+        factor = self.variation.drawn.get("drag_coefficient")
+        flown = Flown(
+            columns=self.columns[number],
+            rows=self.core.last_step(row) + 1,
+            outcome=OUTCOMES[status],
+            seed=self.seed,
+            flight=number,
+            wall_time=wall_time / self.variation.flights,
+            drag_coefficient=truth.drag_coefficient * (1.0 if factor is None else factor[row]),
+        )
+        written: dict[str, Any] = {}
+        if self.variation.drawn:
+            written["vary"] = self.variation.of_flight(row)
+        if self.precision == "float32":
+            written["precision"] = self.precision
+        return as_run(self.scenario, flown, written)
+
+
+def _positive(name: str, value: object, most: int) -> int:
+    """Return a whole number from 1 to `most`; refuse anything else."""
+    allowed = f"a whole number from 1 to {most}"
+    try:
+        number = whole_number("fly_many", name, value, 33)
+    except ScenarioError:
+        number = 0
+    if not 1 <= number <= most:
+        raise ScenarioError.at("fly_many", name, value, allowed)
+    return number
+
+
+def _kept(keep: Iterable[int] | Literal["all"], first: int, n: int) -> list[int]:
+    """Return the numbers of the flights to be kept, in order."""
+    if isinstance(keep, str):
+        if keep != "all":
+            raise ScenarioError.at("fly_many", "keep", keep, 'numbers of flights, or "all"')
+        return list(range(first, first + n))
+    allowed = f"numbers of flights from {first} to {first + n - 1}"
+    try:
+        numbers = sorted({whole_number("fly_many", "keep", number, 32) for number in keep})
+    except TypeError:
+        raise ScenarioError.at("fly_many", "keep", keep, allowed) from None
+    for number in numbers:
+        if not first <= number < first + n:
+            raise ScenarioError.at("fly_many", "keep", number, allowed)
+    return numbers
+
+
+def _refuse_more_than_memory(scenario: Scenario, rows: int, n: int, kept: int) -> None:
+    """Refuse flights whose numbers, as estimated, are more than the free memory holds."""
+    needed = n * _BYTES_OF_A_FLIGHT + kept * rows * _bytes_of_a_row(scenario)
+    free = _free_memory()
+    if needed > free:
+        allowed = (
+            f"small enough: {n} flights, {kept} of them kept, need about {needed} bytes of memory, "
+            f"and {free} are free"
+        )
+        raise ScenarioError.at("fly_many", "n", n, allowed)
+
+
+def _bytes_of_a_row(scenario: Scenario) -> int:
+    """Return the size of a row of a kept flight."""
+    columns = empty_columns(1, scenario.vehicle.n_rotors, scenario.vehicle.n_servos)
+    return 8 + sum(int(columns[column.name].nbytes) for column in COLUMNS)  # 8 for its time
+
+
+def _free_memory() -> int:
+    """Return the bytes of memory that a process can still have."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as lines:
+            sizes = dict(line.split(":") for line in lines)
+        return 1024 * int(sizes["MemAvailable"].split()[0])
+    except (OSError, KeyError, ValueError):  # not Linux
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")

@@ -1,0 +1,187 @@
+"""What a flight in the core is made of, alone or in a batch, and what becomes of its columns."""
+
+from __future__ import annotations
+
+import json
+import operator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from omnimorph import _core
+from omnimorph.control.controller import core_settings
+from omnimorph.design.files import vehicle_text
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import as_core, state_row
+from omnimorph.model.dynamics import hover_thrust
+from omnimorph.protocols import FloatArray, Reference
+from omnimorph.reference.segments import SegmentReference
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
+from omnimorph.simulation.plant import control_steps
+from omnimorph.simulation.scenario import Scenario
+
+__all__ = [
+    "MOST_STEPS",
+    "OUTCOMES",
+    "Flown",
+    "LoopParts",
+    "as_run",
+    "empty_columns",
+    "loop_parts",
+    "whole_number",
+]
+
+MOST_STEPS = 2**31
+"""How many physics steps a flight has at most; no flight draws the noise of a later one."""
+OUTCOMES = {
+    _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
+    _core.FlightStatus.LOST: Outcome.LOST,
+    _core.FlightStatus.DIVERGED: Outcome.DIVERGED,
+    _core.FlightStatus.NOT_FINITE: Outcome.NOT_FINITE,
+}
+
+
+class LoopParts(NamedTuple):
+    """What the core is given to fly a scenario, and what of it the loop needs to know itself."""
+
+    plant: _core.PlantSettings
+    model: _core.Vehicle
+    controller: _core.ControllerSettings
+    reference: _core.Reference
+    start: FloatArray  # (18,)
+    thrust: FloatArray
+    tilt: FloatArray
+    steps: int
+    control_every: int
+    lost_beyond: float
+
+
+def loop_parts(scenario: Scenario) -> LoopParts:
+    """Return what the core needs to fly a scenario.
+
+    Raises
+    ------
+    ScenarioError
+        If the flight has no step or too many, or the reference is not finite.
+    """
+    vehicle, plant = scenario.vehicle, scenario.plant
+    steps = scenario.reference.duration / plant.physics_step
+    if not 0.5 < steps <= MOST_STEPS:
+        allowed = f"from one physics step to {MOST_STEPS} of them"
+        raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+    start = scenario.reference(0.0)
+    return LoopParts(
+        plant=plant.build_settings(vehicle),
+        model=as_core(vehicle),
+        controller=core_settings(
+            vehicle,
+            scenario.gains,
+            scenario.allocator,
+            plant.control_period,
+            scenario.lateral_force,
+        ),
+        reference=_core_reference(scenario, round(steps)),
+        start=state_row(start.p_WB, start.R_WB, np.zeros(6)),
+        thrust=hover_thrust(vehicle, scenario.tilt),
+        tilt=scenario.tilt,
+        steps=round(steps),
+        control_every=control_steps(plant),
+        lost_beyond=scenario.lost_beyond,
+    )
+
+
+class Flown(NamedTuple):
+    """What a flight left behind: its columns, of which the first `rows` are filled."""
+
+    columns: dict[str, Any]
+    rows: int
+    outcome: Outcome
+    seed: int
+    flight: int
+    wall_time: float
+    drag_coefficient: FloatArray  # (n,) of the vehicle that flew
+
+
+def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
+    """Return the rows flown as a run; `written` is what the scenario does not tell of it."""
+    plant = scenario.plant
+    time = np.arange(flown.rows, dtype=np.float64) * plant.physics_step
+    columns = {name: column[: flown.rows] for name, column in flown.columns.items()}
+    with np.errstate(all="ignore"):  # a flight that diverged holds what overflows
+        speed = np.abs(columns["speed"])
+        columns["drag_power"] = (speed * speed * speed) @ flown.drag_coefficient
+    return Run(
+        time=time,
+        **columns,
+        outcome=flown.outcome,
+        vehicle=scenario.vehicle,
+        provenance=Provenance(
+            scenario_name=scenario.name,
+            scenario_text=json.dumps(scenario.as_file() | written, sort_keys=True),
+            vehicle_text=vehicle_text(scenario.vehicle),
+            plant_name=plant.name,
+            seed=flown.seed,
+            flight=flown.flight,
+            control_period=plant.control_period,
+            physics_step=plant.physics_step,
+            version=_version(),
+        ),
+        performance=Performance(
+            wall_time=flown.wall_time,
+            real_time_factor=float(time[-1]) / max(flown.wall_time, 1e-9),
+        ),
+    )
+
+
+def empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
+    """Return the columns of a run, not yet filled, for n rotors and m servos."""
+    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
+    return {
+        column.name: np.empty(
+            (rows, *(sizes[dim] for dim in column.dims)),
+            dtype=np.int8 if column.name == "active" else np.float64,
+        )
+        for column in COLUMNS
+    }
+
+
+def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
+    """Return the reference as the core flies it: segments as they are, anything else sampled."""
+    reference = scenario.reference
+    nothing = np.zeros(0)
+    if isinstance(reference, SegmentReference):
+        return _core.Reference(reference.as_table(), nothing)
+    times = np.arange(steps + 1) * scenario.plant.physics_step
+    sample = getattr(reference, "sample", None)
+    rows = sample(times) if sample else np.array([_row(reference, t) for t in times.tolist()])
+    if not np.isfinite(rows).all():
+        at = times[np.argmin(np.isfinite(rows).all(axis=1))]
+        raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")
+    return _core.Reference(nothing, np.ascontiguousarray(rows))
+
+
+def whole_number(place: str, name: str, value: object, bits: int) -> int:
+    """Return an integer that fits in so many bits; refuse anything else."""
+    try:
+        number = operator.index(value)  # type: ignore[arg-type]
+    except TypeError:
+        number = -1
+    if isinstance(value, bool) or not 0 <= number < 2**bits:
+        raise ScenarioError.at(place, name, value, f"an integer from 0 to 2**{bits} - 1")
+    return number
+
+
+def _row(reference: Reference, time: float) -> FloatArray:
+    """Return the 24 numbers of a point of a reference written in Python."""
+    point = reference(time)
+    row = state_row(*point) if isinstance(point, tuple) else np.zeros(0)
+    if row.shape != (24,):
+        allowed = "an omnimorph.Desired: position, attitude and their first two derivatives"
+        raise ScenarioError.at("the reference", f"the point at {time:g} s", point, allowed)
+    return row
+
+
+def _version() -> str:
+    from omnimorph import __version__
+
+    return __version__

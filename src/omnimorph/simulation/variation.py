@@ -1,0 +1,236 @@
+"""In what the flights of a batch differ: distributions, and the numbers drawn from them.
+
+Each flight draws its own numbers from (seed, name of the parameter, number of the flight) alone, so
+that it is the same however many fly beside it.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph import _core
+from omnimorph.errors import ScenarioError
+from omnimorph.protocols import FloatArray
+from omnimorph.simulation.scenario import Scenario
+
+__all__ = ["VARIABLE", "Distribution", "Normal", "Uniform", "Variation", "draw"]
+
+_FACTOR = "a positive factor"
+_FINITE = "a finite number"
+_SHARE = "a share of the thrust, not negative"
+
+
+class Distribution(Protocol):
+    """Anything with the inverse of a distribution function, such as those of ``scipy.stats``."""
+
+    def ppf(self, q: FloatArray) -> ArrayLike:
+        """Return the values below which the shares q, in (0, 1), of all numbers are."""
+        ...
+
+
+@dataclass(frozen=True)
+class Uniform(Distribution):
+    """Every number from `low` to `high` alike.
+
+    Examples
+    --------
+    >>> Uniform(0.9, 1.1).ppf(np.array([0.25])).tolist()
+    [0.9500000000000001]
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
+            raise ScenarioError.at("Uniform", "limits", (self.low, self.high), "finite, in order")
+
+    def ppf(self, q: FloatArray) -> FloatArray:
+        """Return the value at each share q."""
+        return self.low + q * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Normal(Distribution):
+    """The normal distribution.
+
+    Examples
+    --------
+    >>> Normal(1.0, 0.1).ppf(np.array([0.5])).tolist()
+    [1.0]
+    """
+
+    mean: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.mean) and 0 <= self.deviation < math.inf):
+            allowed = "a finite mean and a deviation that is not negative"
+            raise ScenarioError.at("Normal", "numbers", (self.mean, self.deviation), allowed)
+
+    def ppf(self, q: FloatArray) -> FloatArray:
+        """Return the value at each share q."""
+        from scipy.special import ndtri
+
+        return np.asarray(self.mean + self.deviation * ndtri(q))
+
+
+class _Parameter:
+    """One thing in which flights can differ: how many numbers it is, and what they may be."""
+
+    def __init__(
+        self, width: Callable[[int], int], allowed: str, least: float, effect: str | None = None
+    ) -> None:
+        self.width, self.allowed, self.least, self.effect = width, allowed, least, effect
+
+    def refused(self, values: FloatArray) -> FloatArray:
+        """Return which of the numbers cannot be."""
+        above = values > 0.0 if self.allowed == _FACTOR else values >= self.least
+        return np.asarray(~(np.isfinite(values) & above))
+
+
+def _one(n: int) -> int:
+    return 1
+
+
+def _each(n: int) -> int:
+    return n
+
+
+def _three(n: int) -> int:
+    return 3
+
+
+_PARAMETERS = {
+    "mass": _Parameter(_one, _FACTOR, 0.0),
+    "inertia": _Parameter(_one, _FACTOR, 0.0),
+    "thrust_coefficient": _Parameter(_each, _FACTOR, 0.0),
+    "drag_coefficient": _Parameter(_each, _FACTOR, 0.0),
+    "effectiveness": _Parameter(_each, _SHARE, 0.0),
+    "centre_of_mass": _Parameter(_three, _FINITE, -math.inf),
+    "rotor_lag": _Parameter(_one, _FACTOR, 0.0, "rotor-lag"),
+    "noise": _Parameter(_one, "a factor, not negative", 0.0, "measurement-noise"),
+    "force": _Parameter(_three, _FINITE, -math.inf),
+    "torque": _Parameter(_three, _FINITE, -math.inf),
+    "start_position": _Parameter(_three, _FINITE, -math.inf),
+    "start_velocity": _Parameter(_three, _FINITE, -math.inf),
+    "start_attitude": _Parameter(_three, _FINITE, -math.inf),
+    "start_rate": _Parameter(_three, _FINITE, -math.inf),
+}
+VARIABLE = tuple(_PARAMETERS)
+"""Everything in which the flights of a batch can differ."""
+
+
+class Variation:
+    """The numbers in which flights differ, drawn and checked.
+
+    Attributes
+    ----------
+    drawn : dict of str to array
+        (n,) for a parameter of one number, (n, width) otherwise.
+    """
+
+    def __init__(self, drawn: dict[str, FloatArray], flights: int) -> None:
+        self.drawn, self.flights = drawn, flights
+
+    def for_core(self) -> dict[str, FloatArray]:
+        """Return what the core's plants differ in."""
+        arrays = {
+            name: np.ascontiguousarray(values)
+            for name, values in self.drawn.items()
+            if not name.startswith("start_") and name not in ("force", "torque")
+        }
+        if "force" in self.drawn or "torque" in self.drawn:
+            nothing = np.zeros((self.flights, 3))
+            parts = [self.drawn.get(name, nothing) for name in ("force", "torque")]
+            arrays["wrench"] = np.hstack(parts)
+        return arrays
+
+    def starts(self, start: FloatArray) -> FloatArray:
+        """Return the (n, 18) states that the flights start from, near one of 18 numbers."""
+        rows = np.tile(start, (self.flights, 1))
+        for name, columns in (
+            ("start_position", slice(0, 3)),
+            ("start_velocity", slice(12, 15)),
+            ("start_rate", slice(15, 18)),
+        ):
+            rows[:, columns] += self.drawn.get(name, 0.0)
+        if "start_attitude" in self.drawn:
+            R = start[3:12].reshape(3, 3)
+            for row, turn in zip(rows, self.drawn["start_attitude"], strict=True):
+                row[3:12] = (R @ _core.rotation_exponential(turn)).reshape(9)
+        return rows
+
+    def of_flight(self, row: int) -> dict[str, object]:
+        """Return the numbers of one flight, as JSON holds them."""
+        return {name: values[row].tolist() for name, values in self.drawn.items()}
+
+
+def draw(
+    vary: Mapping[str, Distribution | ArrayLike], scenario: Scenario, seed: int, first: int, n: int
+) -> Variation:
+    """Draw what `vary` asks for, for flights first … first + n − 1.
+
+    Raises
+    ------
+    ScenarioError
+        If a parameter is not known or has no meaning for the plant, if an array does not have a row
+        for each flight, or if a number makes an impossible vehicle; it names the flight.
+    """
+    effects = {effect.kind for effect in scenario.plant.effects}
+    drawn = {}
+    for name, wanted in vary.items():
+        if name not in _PARAMETERS:
+            raise ScenarioError.unknown_key("vary", str(name), str(name), VARIABLE)
+        parameter = _PARAMETERS[name]
+        if parameter.effect is not None and parameter.effect not in effects:
+            allowed = f"left out, because plant {scenario.plant.name} has no {parameter.effect}"
+            raise ScenarioError.at("vary", name, "given", allowed)
+        width = parameter.width(scenario.vehicle.n_rotors)
+        values = _values(name, wanted, seed, first, n, width)
+        refused = parameter.refused(values).reshape(n, -1).any(axis=1)
+        if refused.any():
+            row = int(np.argmax(refused))
+            place = f"vary, flight {first + row}"
+            raise ScenarioError.at(place, name, values[row], parameter.allowed)
+        drawn[name] = values
+    return Variation(drawn, n)
+
+
+def _values(
+    name: str, wanted: Distribution | ArrayLike, seed: int, first: int, n: int, width: int
+) -> FloatArray:
+    """Return the numbers of one parameter, (n,) or (n, width)."""
+    shape = (n,) if width == 1 else (n, width)
+    ppf = getattr(wanted, "ppf", None)
+    try:
+        if ppf is not None:
+            values = np.asarray(ppf(_shares(name, seed, first, shape)), dtype=np.float64)
+        else:
+            values = np.array(wanted, dtype=np.float64)
+    except (TypeError, ValueError):  # not numbers
+        values = np.zeros(0)
+    if values.shape != shape:
+        what = "a distribution (om.Uniform, om.Normal, scipy.stats)"
+        rows = f"{n} numbers" if width == 1 else f"{n} rows of {width} numbers"
+        found = wanted if values.size == 0 else f"of shape {values.shape}"
+        raise ScenarioError.at("vary", name, found, f"{what} or an array of {rows}")
+    return values
+
+
+def _shares(name: str, seed: int, first: int, shape: tuple[int, ...]) -> FloatArray:
+    """Return numbers in (0, 1), each flight's own."""
+    width = math.prod(shape[1:])
+    bits = np.random.Philox(key=[seed, zlib.crc32(name.encode())])
+    skipped = first * width  # one number each, four of them to a count of the generator
+    bits.advance(skipped // 4)
+    generator = np.random.Generator(bits)
+    numbers = generator.random(skipped % 4 + math.prod(shape))[skipped % 4 :]
+    return np.maximum(numbers, 2.0**-54).reshape(shape)

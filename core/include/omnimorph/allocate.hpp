@@ -30,37 +30,38 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
   public:
     using AllocationProblem<T, N>::AllocationProblem;
 
+    // Each way to allocate is given the last answer and makes the next one of it: nothing that large is copied.
+
     /// The thrusts at the previous tilt.
-    Allocation<T, N> at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous) const {
+    void at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last) const {
         const Target target(*this, state, acceleration);
-        const auto trig = trigonometry_of(previous.command.tilt, vehicle_.n_servos);
-        return answer<T>(target, solve_at<T>(target, trig, previous), previous.command.tilt);
+        const auto trig = trigonometry_of(last.command.tilt, vehicle_.n_servos);
+        tell(target, solve_at<T>(target, trig, last), last);
     }
 
     /// The best of `candidates` tilts of a single servo from α⁻ − ε to α⁻ + ε; of three, this is the paper's rule (its Sec. 3).
-    Allocation<T, N> best_in_window(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon,
-                                    int candidates) const {
+    void best_in_window(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) const {
         const Target target(*this, state, acceleration);
-        return best_of(target, candidates_of(TiltSpan::window, candidates, previous, epsilon), previous);
+        tell(target, best_of(target, candidates_of(TiltSpan::window, candidates, last, epsilon), last), last);
     }
 
     /// From α⁻ by at most ε towards the best of α⁻ and `candidates` tilts over the whole range of a single servo.
-    Allocation<T, N> towards_best_in_range(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T& epsilon,
-                                           int candidates) const {
+    void towards_best_in_range(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) const {
         const Target target(*this, state, acceleration);
-        const TiltCandidates<T> tried = candidates_of(TiltSpan::range, candidates, previous, epsilon);
-        const Allocation<T, N> aim = best_of(target, tried, previous);
-        const T tilt = clamp(aim.command.tilt[0], tried[0] - epsilon, tried[0] + epsilon);
-        const Mask<T> reached = tilt == aim.command.tilt[0];
-        return any(opposite(reached)) ? selected(reached, aim, at_tilt(target, tilt, previous)) : aim;
+        const TiltCandidates<T> tried = candidates_of(TiltSpan::range, candidates, last, epsilon);
+        Candidate<T> best = best_of(target, tried, last);
+        const T tilt = clamp(best.tilt, tried[0] - epsilon, tried[0] + epsilon);
+        const Mask<T> too_far = opposite(tilt == best.tilt);
+        if (any(too_far)) best.take(too_far, at_tilt(target, tilt, last), vehicle_.n_rotors);
+        tell(target, best, last);
     }
 
     /// The least cost at each of `count` tilts of a single servo, four of them side by side (T is a scalar).
     void cost_over_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T* tilt, int count, T* cost) const {
         const Target target(*this, state, acceleration);
         for (int k = 0; k < count; k += 4) {
-            const Solved<Lanes> solved = solve_at_angle(target, side_by_side(tilt, k, count), previous);
-            for (int lane = 0; lane < 4 && k + lane < count; ++lane) cost[k + lane] = solved.cost[lane];
+            const Candidate<Lanes> four = at_tilt(target, side_by_side(tilt, k, count), previous);
+            for (int lane = 0; lane < 4 && k + lane < count; ++lane) cost[k + lane] = four.cost[lane];
         }
     }
 
@@ -101,35 +102,50 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
   private:
     using Lanes = Pack<Scalar<T>, 4>;  // candidates of one vehicle
 
+    /// The best thrusts at given tilts.
     template <class U> struct Solved {
-        BoxQpSolution<U, N> qp;
-        U cost;
+        PerVariable<U, N> x, active;
+        U cost, kkt_residual;
+    };
+    /// The same at an angle of a single servo.
+    template <class U> struct Candidate : Solved<U> {
+        U tilt;
+
+        /// The other one instead, where the mask says so.
+        void take(const Mask<U>& mask, const Candidate& other, int n) {
+            for (int i = 0; i < n; ++i) {
+                this->x[i] = select(mask, other.x[i], this->x[i]);
+                this->active[i] = select(mask, other.active[i], this->active[i]);
+            }
+            this->cost = select(mask, other.cost, this->cost);
+            this->kkt_residual = select(mask, other.kkt_residual, this->kkt_residual);
+            tilt = select(mask, other.tilt, tilt);
+        }
     };
 
     template <class U>
     Solved<U> solve_at(const Target& target, const TiltTrigonometry<U>& trig, const Allocation<T, N>& previous) const {
-        const WrenchMatrix<U, N> G = this->template weighted_map<U>(target, map_.template at<U>(trig));
-        Solved<U> s;
-        for (int i = 0; i < vehicle_.n_rotors; ++i) s.qp.active[i] = U(previous.active[i]);
+        const WrenchMatrix<U, N> G = this->template weighted_map<U>(target, trig);
+        BoxQpSolution<U, N> s;
+        for (int i = 0; i < vehicle_.n_rotors; ++i) s.active[i] = U(previous.active[i]);
         ThrustQp<U> thrusts;
         set_thrust_qp(target, G, previous, thrusts);
-        solve(thrusts.qp, s.qp);
-        s.cost = this->cost(this->missed(target, G, s.qp.x), s.qp.x, previous);
-        return s;
+        solve(thrusts.qp, s);
+        return {s.x, s.active, this->cost(this->missed(target, G, s.x), s.x, previous), s.kkt_residual};
     }
 
     /// The same at one angle, or a pack of angles, of a single servo.
-    template <class U> Solved<U> solve_at_angle(const Target& target, const U& angle, const Allocation<T, N>& previous) const {
-        PerServo<U> tilt;
-        tilt[0] = angle;
-        return solve_at<U>(target, trigonometry_of(tilt, 1), previous);
+    template <class U> Candidate<U> at_tilt(const Target& target, const U& tilt, const Allocation<T, N>& previous) const {
+        PerServo<U> angle;
+        angle[0] = tilt;
+        return {solve_at<U>(target, trigonometry_of(angle, 1), previous), tilt};
     }
 
     TiltCandidates<T> candidates_of(TiltSpan span, int spaced, const Allocation<T, N>& previous, const T& epsilon) const {
         return {span, spaced, previous.command.tilt[0], epsilon, vehicle_.angle_min[0], vehicle_.angle_max[0]};
     }
 
-    Allocation<T, N> best_of(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+    Candidate<T> best_of(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
         if constexpr (lane_count<T> == 1) {
             return best_in_lanes(target, candidates, previous);
         } else {
@@ -145,75 +161,56 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
     }
 
     /// The candidates of one vehicle, four at a time.
-    Allocation<T, N> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+    Candidate<T> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
         const int count = candidates.count();
-        Allocation<T, N> best = best_of_four(target, side_by_side(candidates, 0, count), previous);
+        Candidate<T> best = best_of_four(target, side_by_side(candidates, 0, count), previous);
         for (int k = 4; k < count; k += 4) {
-            const Allocation<T, N> next = best_of_four(target, side_by_side(candidates, k, count), previous);
+            const Candidate<T> next = best_of_four(target, side_by_side(candidates, k, count), previous);
             if (next.cost < best.cost) best = next;
         }
         return best;
     }
 
-    Allocation<T, N> best_of_four(const Target& target, const Lanes& tilts, const Allocation<T, N>& previous) const {
-        const Solved<Lanes> solved = solve_at_angle(target, tilts, previous);
+    Candidate<T> best_of_four(const Target& target, const Lanes& tilts, const Allocation<T, N>& previous) const {
+        const Candidate<Lanes> four = at_tilt(target, tilts, previous);
         int best = 0;
         for (int lane = 1; lane < 4; ++lane)
-            if (solved.cost[lane] < solved.cost[best]) best = lane;
-        Solved<T> one;
+            if (four.cost[lane] < four.cost[best]) best = lane;
+        Candidate<T> one;
         for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            one.qp.x[i] = solved.qp.x[i][best];
-            one.qp.active[i] = solved.qp.active[i][best];
+            one.x[i] = four.x[i][best];
+            one.active[i] = four.active[i][best];
         }
-        one.qp.kkt_residual = solved.qp.kkt_residual[best];
-        one.cost = solved.cost[best];
-        PerServo<T> chosen;
-        chosen[0] = tilts[best];
-        return answer<T>(target, one, chosen);
+        one.cost = four.cost[best];
+        one.kkt_residual = four.kkt_residual[best];
+        one.tilt = tilts[best];
+        return one;
     }
 
     /// The candidates of many vehicles, one after the other; each lane keeps its own best.
-    Allocation<T, N> best_in_turn(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
-        Allocation<T, N> best = at_tilt(target, candidates[0], previous);
+    Candidate<T> best_in_turn(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+        Candidate<T> best = at_tilt(target, candidates[0], previous);
         for (int k = 1; k < candidates.count(); ++k) {
-            const Allocation<T, N> next = at_tilt(target, candidates[k], previous);
-            best = selected(next.cost < best.cost, next, best);
+            const Candidate<T> next = at_tilt(target, candidates[k], previous);
+            best.take(next.cost < best.cost, next, vehicle_.n_rotors);
         }
         return best;
     }
 
-    Allocation<T, N> at_tilt(const Target& target, const T& angle, const Allocation<T, N>& previous) const {
-        PerServo<T> tilt;
-        tilt[0] = angle;
-        return answer<T>(target, solve_at_angle(target, angle, previous), tilt);
-    }
-
-    /// Lane by lane, one of two answers for a single servo to the same target.
-    Allocation<T, N> selected(const Mask<T>& mask, const Allocation<T, N>& yes, const Allocation<T, N>& no) const {
-        Allocation<T, N> out = no;
+    /// Make an answer of what was found at the tilts that it holds already, or at a tilt of its own.
+    void tell(const Target& target, const Solved<T>& found, Allocation<T, N>& answer) const {
         for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            out.command.thrust[i] = select(mask, yes.command.thrust[i], no.command.thrust[i]);
-            out.active[i] = select(mask, yes.active[i], no.active[i]);
+            answer.command.thrust[i] = scale_[i] * found.x[i];
+            answer.active[i] = found.active[i];
         }
-        out.command.tilt[0] = select(mask, yes.command.tilt[0], no.command.tilt[0]);
-        out.cost = select(mask, yes.cost, no.cost);
-        out.kkt_residual = select(mask, yes.kkt_residual, no.kkt_residual);
-        return out;
+        answer.cost = found.cost;
+        answer.kkt_residual = found.kkt_residual;
+        answer.wrench_asked = target.wrench_asked;
     }
-
-    template <class U> Allocation<T, N> answer(const Target& target, const Solved<U>& solved, const PerServo<T>& tilt) const {
-        Allocation<T, N> out;
-        out.command.tilt = tilt;
-        for (int i = 0; i < vehicle_.n_rotors; ++i) {
-            out.command.thrust[i] = scale_[i] * solved.qp.x[i];
-            out.active[i] = solved.qp.active[i];
-        }
-        out.cost = solved.cost;
-        out.kkt_residual = solved.qp.kkt_residual;
-        out.wrench_asked = target.wrench_asked;
-        return out;
+    void tell(const Target& target, const Candidate<T>& found, Allocation<T, N>& answer) const {
+        tell(target, static_cast<const Solved<T>&>(found), answer);
+        answer.command.tilt[0] = found.tilt;
     }
-
 };
 
 }  // namespace omnimorph

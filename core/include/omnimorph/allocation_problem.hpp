@@ -51,7 +51,9 @@ template <class T, int N> class AllocationProblem {
             root_weight_[3 + r] = square_root(weights.acceleration[3 + r]);
             linear_gain_[r] = root_weight_[r] / vehicle.mass;
         }
-        weigh_torques();
+        const Vec6<T>& w = weights.acceleration;
+        in_body_ = !any(opposite(both(w[0] == w[1], w[1] == w[2])));
+        weigh_map();
     }
 
   protected:
@@ -62,44 +64,56 @@ template <class T, int N> class AllocationProblem {
         return scale;
     }
 
-    /// W2^½ J⁻¹ is the same in every attitude: the torque rows of the map hold it from the beginning.
-    void weigh_torques() {
+    /// W2^½ J⁻¹ is the same in every attitude: the torque rows of the map hold it from the beginning. Where W2 weighs every
+    /// direction alike the force rows hold W2^½ / m too, and accelerations are looked at in B: one rotation instead of n.
+    void weigh_map() {
         Mat3<T> gain;
         for (int r = 0; r < 3; ++r)
             for (int c = 0; c < 3; ++c) gain[r][c] = root_weight_[3 + r] * vehicle_.inertia_inverse[r][c];
         for (int i = 0; i < vehicle_.n_rotors; ++i)
             for (Vec6<T>* column : {&map_.constant[i], &map_.cosine[i], &map_.sine[i]}) {
                 const Vec3<T> torque = gain * torque_of(*column);
-                for (int r = 0; r < 3; ++r) (*column)[3 + r] = torque[r];
+                for (int r = 0; r < 3; ++r) {
+                    if (in_body_) (*column)[r] *= linear_gain_[r];
+                    (*column)[3 + r] = torque[r];
+                }
             }
     }
 
-    /// What does not depend on the tilt: W2^½ R / m, the force part of C = W2^½ M⁻¹ J_R, and b = W2^½ (q̈_r − M⁻¹ μ).
+    /// What does not depend on the tilt: the force part of C = W2^½ M⁻¹ J_R that the map does not hold, W2^½ R / m, and
+    /// b = W2^½ (q̈_r − M⁻¹ μ).
     struct Target {
         Mat3<T> force_gain;
+        bool in_body;
         Vec6<T> b, wrench_asked;
-        Target(const AllocationProblem& a, const Motion<T>& state, const Vec6<T>& acceleration) {
+
+        Target(const AllocationProblem& a, const Motion<T>& state, const Vec6<T>& acceleration) : in_body(a.in_body_) {
             const Vec3<T> gyroscopic = a.vehicle_.inertia_inverse * cross(state.w, a.vehicle_.inertia * state.w);
             wrench_asked = wrench_for(a.vehicle_, state, acceleration);
+            Vec3<T> linear{{acceleration[0], acceleration[1], acceleration[2] + T(gravity)}};
+            if (in_body) linear = transpose_times(state.R, linear);
             for (int r = 0; r < 3; ++r) {
                 for (int c = 0; c < 3; ++c) force_gain[r][c] = a.linear_gain_[r] * state.R[r][c];
-                b[r] = a.root_weight_[r] * (acceleration[r] + T(r == 2 ? gravity : 0));
+                b[r] = a.root_weight_[r] * linear[r];
                 b[3 + r] = a.root_weight_[3 + r] * (acceleration[3 + r] + gyroscopic[r]);
             }
         }
+
+        /// C w of a wrench that is weighted already as far as the map is.
+        template <class U = T> Vec6<U> weighted(const Vec6<U>& w) const {
+            return in_body ? w : joined(cast<U>(force_gain) * force_of(w), torque_of(w));
+        }
+        /// The same backwards: with it, a row of errors times C is a row of errors times the map.
+        Vec6<T> pulled_back(const Vec6<T>& miss) const {
+            return in_body ? miss : joined(transpose_times(force_gain, force_of(miss)), torque_of(miss));
+        }
     };
 
-    /// C w, from a wrench whose torque is weighted already, as that of the map is.
-    template <class U> static Vec6<U> weighted(const Mat3<U>& force_gain, const Vec6<U>& w) {
-        const Vec3<U> force = force_gain * force_of(w);
-        return {{force[0], force[1], force[2], w[3], w[4], w[5]}};
-    }
-
-    /// G = C A(α) f_scale
-    template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const WrenchMatrix<U, N>& A) const {
-        const Mat3<U> force_gain = cast<U>(target.force_gain);
+    /// G = C A(α) f_scale, column by column, so that A itself is nowhere stored.
+    template <class U> WrenchMatrix<U, N> weighted_map(const Target& target, const TiltTrigonometry<U>& trig) const {
+        if (target.in_body) return map_.template at<U>(trig);
         WrenchMatrix<U, N> G;
-        for (int i = 0; i < vehicle_.n_rotors; ++i) G.column[i] = weighted(force_gain, A.column[i]);
+        for (int i = 0; i < vehicle_.n_rotors; ++i) G.column[i] = target.weighted(map_.template column_at<U>(i, trig));
         return G;
     }
 
@@ -126,11 +140,12 @@ template <class T, int N> class AllocationProblem {
     Vehicle<T, N> vehicle_;
     AllocationWeights<T, N> weights_;
     PerRotor<T, N> scale_;             // f_scale, the larger limit of each rotor
-    WrenchMap<T, N> map_;              // A f_scale, its torque rows times W2^½ J⁻¹
+    WrenchMap<T, N> map_;              // A f_scale, weighted as far as it is the same in every attitude
     PerRotor<T, N> lower_, upper_;     // limits of x
     PerRotor<T, N> diagonal_;          // (W1 + W3) f_scale²
     Vec6<T> root_weight_;              // W2^½
     Vec3<T> linear_gain_;              // W2^½ / m
+    bool in_body_;                     // the map holds it
 };
 
 }  // namespace omnimorph

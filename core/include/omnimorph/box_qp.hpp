@@ -75,29 +75,33 @@ template <class T, int N> struct FreeSystem {
     }
 };
 
-/// x on the active set: bounds where active, the minimiser over the rest elsewhere. The factorisation works to the right
-/// and the substitutions by columns, so that as little as possible waits for the result before; unrolled, because the
-/// compilers leave triangular loops rolled and the time goes here.
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere. The factorisation goes row by row, so that
+/// a number is written once, when it is final; unrolled, because the compilers leave triangular loops rolled and the time
+/// goes here.
 template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
     const int n = qp.n;
     FreeSystem<T, N> system(qp, s.active, s.factors);
     auto& K = system.K;
     auto& y = system.y;
 #pragma GCC unroll 8
-    for (int j = 0; j < n; ++j) {
-        const T inverse_pivot = T(1) / K[j][j];
-        K[j][j] = inverse_pivot;
-        PerVariable<T, N> column;
+    for (int i = 0; i < n; ++i) {
+        PerVariable<T, N> row;  // i of L D
 #pragma GCC unroll 8
-        for (int i = j + 1; i < n; ++i) {
-            column[i] = K[i][j];
-            K[i][j] = column[i] * inverse_pivot;
-            y[i] -= K[i][j] * y[j];
+        for (int j = 0; j < i; ++j) {
+            T sum = K[i][j];
+#pragma GCC unroll 8
+            for (int k = 0; k < j; ++k) sum -= row[k] * K[j][k];
+            row[j] = sum;
         }
+        T pivot = K[i][i], rest = y[i];
 #pragma GCC unroll 8
-        for (int i = j + 1; i < n; ++i)
-#pragma GCC unroll 8
-            for (int k = j + 1; k <= i; ++k) K[i][k] -= K[i][j] * column[k];
+        for (int j = 0; j < i; ++j) {
+            K[i][j] = row[j] * K[j][j];
+            pivot -= row[j] * K[i][j];
+            rest -= K[i][j] * y[j];
+        }
+        y[i] = rest;
+        K[i][i] = T(1) / pivot;
     }
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) y[i] = y[i] * K[i][i];

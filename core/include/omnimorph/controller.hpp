@@ -47,14 +47,14 @@ template <class T, int N> class Controller {
 
     const Allocation<T, N>& allocate(const Motion<T>& measured, const Vec6<T>& acceleration) {
         switch (settings_.rule) {
-            case AllocationRule::fixed_tilt: last = allocator_.at_fixed_tilt(measured, acceleration, last); break;
+            case AllocationRule::fixed_tilt: allocator_.at_fixed_tilt(measured, acceleration, last); break;
             case AllocationRule::best_in_window:
-                last = allocator_.best_in_window(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
+                allocator_.best_in_window(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
                 break;
             case AllocationRule::towards_best_in_range:
-                last = allocator_.towards_best_in_range(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
+                allocator_.towards_best_in_range(measured, acceleration, last, settings_.tilt_change[0], settings_.candidates);
                 break;
-            case AllocationRule::jointly: last = allocator_.jointly(measured, acceleration, last, settings_.tilt_change); break;
+            case AllocationRule::jointly: allocator_.jointly(measured, acceleration, last, settings_.tilt_change); break;
         }
         return last;
     }

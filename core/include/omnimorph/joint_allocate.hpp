@@ -86,11 +86,25 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
 
     /// Thrusts and tilts, each tilt within `epsilon` of the one before. For a single servo the descent begins at the best
     /// of the paper's three candidates, otherwise at the tilts as they are; its end is not above where it began.
-    Allocation<T, N> jointly(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const PerServo<T>& epsilon) const {
+    void jointly(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const PerServo<T>& epsilon) const {
         const int m = vehicle_.n_servos;
-        const Allocation<T, N> begin =
-            m == 1 ? this->best_in_window(state, acceleration, previous, epsilon[0], 3) : this->at_fixed_tilt(state, acceleration, previous);
+        const Allocation<T, N> previous = last;
+        if (m == 1) {
+            this->best_in_window(state, acceleration, last, epsilon[0], 3);
+        } else {
+            this->at_fixed_tilt(state, acceleration, last);
+        }
         const Target target(*this, state, acceleration);
+        last = descended(target, last, previous, epsilon);
+    }
+
+  private:
+    using Problem = Allocator<T, N>;
+    using typename Problem::Target;
+    using Problem::lower_, Problem::map_, Problem::scale_, Problem::upper_, Problem::vehicle_, Problem::weights_;
+
+    Allocation<T, N> descended(const Target& target, const Allocation<T, N>& begin, const Allocation<T, N>& previous, const PerServo<T>& epsilon) const {
+        const int m = vehicle_.n_servos;
         if (m == 1) return Descent<1>(*this, target, previous, epsilon).from(begin);
         if constexpr (N > 1) {
             if (m == N) return Descent<N>(*this, target, previous, epsilon).from(begin);
@@ -100,11 +114,6 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
         }
         return Descent<0>(*this, target, previous, epsilon).from(begin);
     }
-
-  private:
-    using Problem = Allocator<T, N>;
-    using typename Problem::Target;
-    using Problem::lower_, Problem::map_, Problem::scale_, Problem::upper_, Problem::vehicle_, Problem::weights_;
 
     /// φ and its first derivatives at some tilts, with what the second ones are made of.
     template <int M> struct Point {
@@ -177,7 +186,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             PerServo<T> angle;
             for (int j = 0; j < m_; ++j) angle[j] = p.tilt[j];
             const TiltTrigonometry<T> trig = trigonometry_of(angle, m_);
-            p.G = a_.template weighted_map<T>(target_, a_.map_.template at<T>(trig));
+            p.G = a_.template weighted_map<T>(target_, trig);
             a_.set_thrust_qp(target_, p.G, previous_, p.thrusts);
             return trig;
         }
@@ -185,8 +194,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
         /// The miss is carried back to where the map is, so that only one column for each servo need be weighted.
         void differentiate(Point<M>& p, const TiltTrigonometry<T>& trig) const {
             const Vec6<T> miss = a_.missed(target_, p.G, p.best.x);
-            const Vec3<T> pulled = transpose_times(target_.force_gain, force_of(miss));
-            const Vec6<T> pull{{pulled[0], pulled[1], pulled[2], miss[3], miss[4], miss[5]}};
+            const Vec6<T> pull = target_.pulled_back(miss);
             for (int j = 0; j < m_; ++j) {
                 p.turning[j] = Vec6<T>::zero();
                 p.curvature[j] = T(0);
@@ -201,7 +209,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             p.cost = a_.cost(miss, p.best.x, previous_);
             p.residual = p.best.kkt_residual;
             for (int j = 0; j < m_; ++j) {
-                p.turning[j] = a_.weighted(target_.force_gain, p.turning[j]);
+                p.turning[j] = target_.weighted(p.turning[j]);
                 const T change = p.tilt[j] - stay_[j];
                 p.cost += change_weight_[j] * change * change;
                 p.gradient[j] = p.thrusts.unit * (change_weight_[j] * change - dot(miss, p.turning[j]));

@@ -57,7 +57,9 @@ template <class S, int Lanes> struct Pack {
     Pack() = default;
     Pack(Register r) : lanes(r) {}
     template <class U, class = std::enable_if_t<std::is_arithmetic_v<U>>>
-    Pack(U x) : lanes(static_cast<S>(x) - Register{}) {}  // x - 0 is x to the last bit, so this is a broadcast alone
+    Pack(U x) {
+        for (int lane = 0; lane < Lanes; ++lane) lanes[lane] = static_cast<S>(x);
+    }
 
     S operator[](int lane) const { return lanes[lane]; }
     void set(int lane, S x) { lanes[lane] = x; }

@@ -39,6 +39,8 @@ template <class T, int N> class Flight {
     Controller<T, N> controller;
     long step = 0;
 
+    Flight(const Flight&) = delete;
+    Flight& operator=(const Flight&) = delete;
     Flight(const PlantSettings<T, N>& plant_settings, const Vehicle<T, N>& model, const ControllerSettings<T, N>& controller_settings,
            const Reference& reference, const Motion<T>& start, const Command<T, N>& command, const FlightSettings& settings,
            const std::array<Record, vehicles>& records)
@@ -79,7 +81,8 @@ template <class T, int N> class Flight {
             const Desired<T> now = desired();
             if (control_is_due() && step < settings_.steps) {
                 if (any(opposite(flying_))) park(now);
-                decide(controller.step(measure(), now));
+                decided_ = &controller.step(measure(), now);
+                plant.send(step, decided_->command);
             }
             watch(now);
             integrate(now, Vec6<T>::zero());
@@ -89,12 +92,13 @@ template <class T, int N> class Flight {
         advance(most_steps, [](const Desired<T>&) {});
     }
 
-    /// Put a command on its way to the motors; it is what the record shows until the next one.
+    /// Put a command from outside on its way to the motors; it is what the record shows until the next one.
     void decide(const Allocation<T, N>& allocation) {
-        decided_ = allocation;
+        from_outside_ = allocation;
+        decided_ = &from_outside_;
         plant.send(step, allocation.command);
     }
-    const Allocation<T, N>& decided() const { return decided_; }
+    const Allocation<T, N>& decided() const { return *decided_; }
 
     /// Record this row, then one physics step; the last row is recorded only.
     void integrate(const Desired<T>& now, const Vec6<T>& pushed) {
@@ -183,15 +187,15 @@ template <class T, int N> class Flight {
         put(record.desired_R, 9, now.R.a[0], l);
         put(record.desired_v, 3, now.v.a, l);
         put(record.desired_w, 3, now.w.a, l);
-        put(record.thrust, n, decided_.command.thrust.a, l);
-        put(record.tilt_command, m, decided_.command.tilt.a, l);
+        put(record.thrust, n, decided_->command.thrust.a, l);
+        put(record.tilt_command, m, decided_->command.tilt.a, l);
         put(record.speed, n, plant.actuators.speed.a, l);
         put(record.tilt, m, plant.actuators.tilt.a, l);
-        put(record.wrench_asked, 6, decided_.wrench_asked.a, l);
+        put(record.wrench_asked, 6, decided_->wrench_asked.a, l);
         put(record.wrench_achieved, 6, plant.wrench_achieved().a, l);
-        put(record.cost, 1, &decided_.cost, l);
-        put(record.kkt_residual, 1, &decided_.kkt_residual, l);
-        for (int i = 0; i < n; ++i) record.active[step * n + i] = static_cast<std::int8_t>(lane(decided_.active[i], l));
+        put(record.cost, 1, &decided_->cost, l);
+        put(record.kkt_residual, 1, &decided_->kkt_residual, l);
+        for (int i = 0; i < n; ++i) record.active[step * n + i] = static_cast<std::int8_t>(lane(decided_->active[i], l));
     }
 
     const Reference& reference_;
@@ -203,7 +207,8 @@ template <class T, int N> class Flight {
     std::array<FlightStatus, vehicles> status_;
     std::array<long, vehicles> last_step_;
     Mask<T> flying_ = T(0) == T(0);
-    Allocation<T, N> decided_ = controller.last;
+    Allocation<T, N> from_outside_;
+    const Allocation<T, N>* decided_ = &controller.last;  // the controller's own, which is too large to be copied each time
     typename MeasurementNoise<T>::State noise_memory_;
 };
 

@@ -57,13 +57,18 @@ template <class T, int N> struct WrenchMap {
         }
     }
 
-    /// A(alpha); U is T, or a pack of tilts for one vehicle.
+    /// Column i of A(alpha); U is T, or a pack of tilts for one vehicle.
+    template <class U> Vec6<U> column_at(int i, const TiltTrigonometry<U>& trig) const {
+        const U c = trig.cosine[servo[i]], s = trig.sine[servo[i]];
+        Vec6<U> column;
+        for (int r = 0; r < 6; ++r) column[r] = U(constant[i][r]) + U(cosine[i][r]) * c + U(sine[i][r]) * s;
+        return column;
+    }
+
+    /// A(alpha)
     template <class U> WrenchMatrix<U, N> at(const TiltTrigonometry<U>& trig) const {
         WrenchMatrix<U, N> A;
-        for (int i = 0; i < n; ++i) {
-            const U c = trig.cosine[servo[i]], s = trig.sine[servo[i]];
-            for (int r = 0; r < 6; ++r) A.column[i][r] = U(constant[i][r]) + U(cosine[i][r]) * c + U(sine[i][r]) * s;
-        }
+        for (int i = 0; i < n; ++i) A.column[i] = column_at<U>(i, trig);
         return A;
     }
 
@@ -90,5 +95,8 @@ template <class T, int N> inline Vec6<T> wrench(const WrenchMatrix<T, N>& A, con
 
 template <class T> inline Vec3<T> force_of(const Vec6<T>& w) { return {{w[0], w[1], w[2]}}; }
 template <class T> inline Vec3<T> torque_of(const Vec6<T>& w) { return {{w[3], w[4], w[5]}}; }
+template <class T> inline Vec6<T> joined(const Vec3<T>& force, const Vec3<T>& torque) {
+    return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
+}
 
 }  // namespace omnimorph

@@ -84,12 +84,15 @@ class BenchReport:
         In the order of the table.
     provenance : mapping
         Machine, versions and date.
+    notes : sequence of str
+        What else there is to say: what is not installed, what a peer cannot run.
     """
 
     COLUMNS = ("median", "lowest", "highest", "unit", "target", "what")
 
     measurements: Sequence[Measurement]
     provenance: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[str] = ()
 
     def __getitem__(self, name: str) -> Measurement:
         return {row.name: row for row in self.measurements}[name]
@@ -97,7 +100,11 @@ class BenchReport:
     def as_dict(self) -> dict[str, Any]:
         """Return the report for programs, ready for JSON."""
         rows = [row.as_dict() for row in self.measurements]
-        return {"provenance": dict(self.provenance), "measurements": rows}
+        return {
+            "provenance": dict(self.provenance),
+            "measurements": rows,
+            "notes": list(self.notes),
+        }
 
     def as_rows(self) -> list[list[str]]:
         """Return the cells of the table, row by row; `COLUMNS` heads them."""
@@ -113,7 +120,8 @@ class BenchReport:
             words = [cell.ljust(width) for cell, width in zip(row[3:], widths[3:], strict=True)]
             lines.append("  ".join([*numbers, *words]).rstrip())
         told = [f"{name}: {text}" for name, text in self.provenance.items()]
-        return "\n".join([*lines, "", *told])
+        notes = ["", *self.notes] if self.notes else []
+        return "\n".join([*lines, *notes, "", *told])
 
 
 def shown(value: float) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
@@ -13,14 +14,16 @@ from omnimorph import __version__
 __all__ = ["provenance_of_machine"]
 
 
-def provenance_of_machine() -> dict[str, str]:
-    """Return what the numbers depend on, name by name."""
-    versions = [f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "daqp")]
+def provenance_of_machine(peers: Sequence[str] = ()) -> dict[str, str]:
+    """Return what the numbers depend on, name by name; `peers` are packages that may be missing."""
+    installed = {package.metadata["Name"].lower() for package in metadata.distributions()}
+    named = ["numpy", "scipy", "daqp", *(peer for peer in peers if peer in installed)]
+    versions = [f"{name} {metadata.version(name)}" for name in named]
     python = f"{platform.python_implementation()} {platform.python_version()}"
     return {
         "date": datetime.now(UTC).isoformat(timespec="seconds"),
         "processor": _processor(),
-        "cores": f"{_usable_cores()} usable of {os.cpu_count()}; every flight uses one",
+        "cores": f"{_usable_cores()} usable of {os.cpu_count()}; a flight uses one, a batch all",
         "system": f"{platform.system()} {platform.release()}, {platform.machine()}",
         "versions": ", ".join([f"omnimorph {__version__}", *versions, python]),
         "load before": _load(),

@@ -12,6 +12,7 @@ from omnimorph.bench.analysis import (
     time_analysis,
     time_radii,
 )
+from omnimorph.bench.batches import BatchTimes, time_batches
 from omnimorph.bench.flights import (
     JOINTLY,
     ControlTimes,
@@ -41,6 +42,7 @@ class _Round(NamedTuple):
     """What one round measured."""
 
     loops: LoopTimes
+    batches: BatchTimes
     control: ControlTimes
     joint: tuple[float, ...]
     python_loop: float
@@ -82,6 +84,7 @@ def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport
         done.append(
             _Round(
                 time_loops(),
+                time_batches(),
                 time_control_steps(),
                 time_joint_steps(),
                 time_python_loop(),
@@ -97,6 +100,7 @@ def measure(progress: Progress | None = None, *, rounds: int = 7) -> BenchReport
             progress(len(done), rounds)
     rows = (
         *_loop_rows(done, warm_up),
+        *_batch_rows(done),
         *_python_rows(done),
         *_radius_rows([one.radii for one in done]),
         *_sampling_rows([one.radii for one in done]),
@@ -176,6 +180,66 @@ def _loop_rows(done: list[_Round], warm_up: float) -> list[Measurement]:
     ]
 
 
+def _batch_rows(done: list[_Round]) -> list[Measurement]:
+    batches = [one.batches for one in done]
+    rate = "steps/s"
+    return [
+        _row(
+            "many_perfect_steps_per_s",
+            "1024 OmniMorphs, perfect plant, three QPs at every 1 kHz step, on all cores",
+            rate,
+            [one.perfect for one in batches],
+            5e6,
+            "at least",
+        ),
+        _row(
+            "many_over_textbook",
+            "the same over the textbook's one vehicle, in turns",
+            "times",
+            [one.batches.perfect / one.loops.textbook for one in done],
+            1000.0,
+            "at least",
+        ),
+        _row(
+            "many_perfect_float32_steps_per_s",
+            "the same in single precision",
+            rate,
+            [one.single_precision for one in batches],
+        ),
+        _row(
+            "many_threads_gain",
+            f"the same on all cores ({batches[0].threads} threads) over one thread",
+            "times",
+            [one.perfect / one.one_thread for one in batches],
+            0.9 * batches[0].threads,
+            "at least",
+        ),
+        _row(
+            "many_worn_steps_per_s",
+            "1024 OmniMorphs, every imperfection on, control at 250 Hz, on all cores",
+            rate,
+            [one.worn for one in batches],
+            4e6,
+            "at least",
+        ),
+        _row(
+            "many_realistic_flights_per_s",
+            "flights of 45 s in the realistic plant, on all cores; 10 000 in 150 s are 66.7",
+            "flights/s",
+            [one.whole_flights for one in batches],
+            10_000 / 150.0,
+            "at least",
+        ),
+        _row(
+            "many_largest_over_smallest",
+            "time a vehicle in a batch of 16 384 over one of 256",
+            "times",
+            [one.largest_over_smallest for one in batches],
+            1.15,
+        ),
+    ]
+
+
 def _python_rows(done: list[_Round]) -> list[Measurement]:
     return [
         _row(
@@ -190,6 +254,13 @@ def _python_rows(done: list[_Round]) -> list[Measurement]:
             "the same: 99 of 100 steps take less",
             "µs",
             [1e6 * one.control.almost_all for one in done],
+        ),
+        _row(
+            "control_step_in_core_us",
+            "the same steps in one call, in the core alone: mean",
+            "µs",
+            [1e6 * one.control.in_core for one in done],
+            0.6,
         ),
         *(
             _row(

@@ -23,13 +23,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="measure everything N times (default: 7)",
     )
 
+    parser.add_argument(
+        "--peers",
+        action="store_true",
+        help="compare with solvers and simulators instead, those that are installed",
+    )
+
 
 def answer(options: argparse.Namespace) -> console.Answer:
     """Measure everything and tell what came out."""
-    from omnimorph.bench import measure
-
     with console.Progress("measuring") as progress:
-        report = measure(progress, rounds=options.rounds)
+        if options.peers:
+            from omnimorph.bench.peers import measure_peers
+
+            report = measure_peers(progress, rounds=options.rounds)
+        else:
+            from omnimorph.bench import measure
+
+            report = measure(progress, rounds=options.rounds)
     numbers = console.table(report.as_rows(), header=report.COLUMNS, align="rrrll")
     origin = console.table([[f"{name}:", text] for name, text in report.provenance.items()])
-    return console.Answer(text=f"{numbers}\n\n{origin}", data=report.as_dict())
+    told = "".join(f"{note}\n" for note in report.notes)
+    more = told or "`omnimorph bench --peers` compares with others on this machine.\n"
+    return console.Answer(text=f"{numbers}\n\n{more}\n{origin}", data=report.as_dict())

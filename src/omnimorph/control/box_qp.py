@@ -72,7 +72,11 @@ def solve_box_qp(
     start = np.zeros(n) if active is None else active
     vectors = [np.ascontiguousarray(part, dtype=np.float64) for part in (g, lower, upper, start)]
     matrix = np.ascontiguousarray(H, dtype=np.float64)
-    if not 1 <= n <= MOST_VARIABLES or matrix.shape != (n, n) or {v.shape for v in vectors} != {(n,)}:
+    if (
+        not 1 <= n <= MOST_VARIABLES
+        or matrix.shape != (n, n)
+        or {v.shape for v in vectors} != {(n,)}
+    ):
         shapes = ", ".join(str(np.shape(part)) for part in (H, g, lower, upper, start))
         allowed = f"(n, n) and then (n,), n from 1 to {MOST_VARIABLES}"
         raise InputError.at("the box QP", "shape of its parts", shapes, allowed)

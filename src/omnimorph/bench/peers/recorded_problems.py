@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimorph import textbook
 from omnimorph.control.allocators import ThreeCandidates
-from omnimorph.protocols import FloatArray
+from omnimorph.protocols import FloatArray, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import Run
@@ -22,6 +22,7 @@ from omnimorph.simulation.variation import Uniform
 __all__ = ["PaperForm", "Problem", "recorded_problems"]
 
 RECOVERIES = 20
+
 
 class PaperForm(NamedTuple):
     """The paper's problem as it stands: u in Hz² and q̈, with the dynamics as equations.
@@ -79,7 +80,7 @@ def _of_run(scenario: Scenario, run: Run, count: int, share: float) -> list[Prob
     last = share * (len(run.time) - 1)
     problems = []
     for k in (np.linspace(every, last, count).astype(int) // every * every).tolist():
-        motion = textbook.State(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k])
+        motion = State(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k])
         before, tilt = run.thrust[k - every], run.tilt_command[k - every]
         problems.append(_at(scenario, motion, wishes[k], before, tilt))
     return problems
@@ -87,7 +88,7 @@ def _of_run(scenario: Scenario, run: Run, count: int, share: float) -> list[Prob
 
 def _at(
     scenario: Scenario,
-    motion: textbook.State,
+    motion: State,
     wish: FloatArray,
     previous: FloatArray,
     tilt: FloatArray,
@@ -95,7 +96,7 @@ def _at(
     vehicle, rule = scenario.vehicle, scenario.allocator
     assert isinstance(rule, ThreeCandidates)
     acceleration = textbook.reference_acceleration(
-        motion, textbook.Desired(*desired_from_row(wish)), textbook.PAPER_GAINS
+        motion, desired_from_row(wish), textbook.PAPER_GAINS
     )
     demand = textbook.build_demand(vehicle, motion, acceleration)
     gain = demand.gain @ textbook.allocation_matrix(vehicle, tilt)  # (6, n): q̈ = … + gain f
@@ -117,4 +118,6 @@ def _at(
         upper=vehicle.thrust_max / c,
         to_shares=c / scale,
     )
-    return Problem(H / size, g / size, vehicle.thrust_min / scale, vehicle.thrust_max / scale, paper)
+    return Problem(
+        H / size, g / size, vehicle.thrust_min / scale, vehicle.thrust_max / scale, paper
+    )

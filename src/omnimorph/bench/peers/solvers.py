@@ -13,7 +13,7 @@ from omnimorph.bench.peers.recorded_problems import Problem
 from omnimorph.control.box_qp import solve_box_qp
 from omnimorph.protocols import FloatArray
 
-__all__ = ["SOLVERS", "Answers", "exact_answers", "solve_all"]
+__all__ = ["SOLVERS", "Answers", "Solve", "exact_answers", "solve_all"]
 
 WRONG_BEYOND = 1e-3  # of the largest thrust
 
@@ -162,7 +162,7 @@ _MPC: dict[str, Any] = {
 }
 
 SOLVERS: dict[str, tuple[str, Callable[[], Solve]]] = {
-    "omnimorph": ("omnimorph, called from Python", _ours),
+    "omnimorph": ("omnimorph, called from Python as all of them", _ours),
     "daqp": ("DAQP", _daqp),
     "osqp": ("OSQP, its own tolerances", _osqp),
     "proxsuite": ("ProxQP, its own tolerances", _proxqp),

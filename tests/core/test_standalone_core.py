@@ -49,7 +49,7 @@ def run(command: list[str]) -> str:
 def compiler(name: str) -> str:
     """Return the path of a compiler, or say how to come by it."""
     path = shutil.which(name)
-    assert path is not None, f"{name} is missing (Debian: g++, or clang and libclang-rt-14-dev)"
+    assert path is not None, f"{name} is missing (.ci/run names the Debian package)"
     return path
 
 
@@ -87,6 +87,17 @@ def test_program_is_clean(
 def test_threads_share_nothing_they_write(compiler_name: str, tmp_path: Path) -> None:
     flags = ["-O1", "-g", "-ffp-contract=off", "-fsanitize=thread"]
     assert build_and_run(CORE / "tests" / "fly_many.cpp", compiler_name, flags, tmp_path) != ""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
+def test_program_compiles_for_aarch64_and_the_quick_ones_run(program: Path, tmp_path: Path) -> None:
+    """The same text on another processor, emulated: many flights, wakes and joint allocation."""
+    binary = tmp_path / program.stem
+    flags = [*STRICT, *PLAIN, "-static", str(program), "-o", str(binary)]
+    run([compiler("aarch64-linux-gnu-g++"), *flags])
+    if program.stem in ("fly_many", "interference_in_lanes", "joint_in_lanes"):
+        assert run([compiler("qemu-aarch64"), str(binary)]) != ""
 
 
 @pytest.mark.slow

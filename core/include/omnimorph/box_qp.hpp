@@ -33,7 +33,10 @@ template <class T, int N> struct BoxQpSolution {
     PerVariable<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
     T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
     int iterations;         // systems solved, until the slowest lane was done
-    PerVariable<PerVariable<T, N>, N> factors;  // LDL' of H over the free variables, the identity elsewhere: L, and on its diagonal D⁻¹
+};
+/// With LDL' of H over the free variables, the identity elsewhere: L, and on its diagonal D⁻¹.
+template <class T, int N> struct FactoredBoxQpSolution : BoxQpSolution<T, N> {
+    PerVariable<PerVariable<T, N>, N> factors;
 };
 
 namespace box_qp {
@@ -43,24 +46,21 @@ inline constexpr int most_exchanges = 10;
 inline constexpr int most_steps = 400;
 
 /// H with the rows and columns of the active set taken out (those of the identity put in), and the right side that
-/// leaves for the free variables; for an active one its bound.
+/// leaves for the free variables; for an active one its bound. Where nothing is active it is H itself, not a copy.
 template <class T, int N> struct FreeSystem {
-    PerVariable<PerVariable<T, N>, N>& K;  // its lower triangle
+    const PerVariable<PerVariable<T, N>, N>* matrix;  // its lower triangle
     PerVariable<T, N> y;
 
-    FreeSystem(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) : K(room) {
-        Mask<T> any_active = T(0) < T(0);
+    FreeSystem(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) : matrix(&qp.H) {
+        T bounds = T(0);
         for (int i = 0; i < qp.n; ++i) {
-            any_active = either(any_active, opposite(active[i] == T(0)));
+            bounds += magnitude(active[i]);
             y[i] = -qp.g[i];
         }
-        for (int i = 0; i < qp.n; ++i)
-#pragma GCC unroll 8
-            for (int j = 0; j <= i; ++j) K[i][j] = qp.H[i][j];
-        if (any(any_active)) take_out(qp, active);
+        if (any(bounds > T(0))) take_out(qp, active, room);
     }
 
-    void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active) {
+    void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) {
         PerVariable<Mask<T>, N> free;
         PerVariable<T, N> bound;
         for (int i = 0; i < qp.n; ++i) {
@@ -70,18 +70,20 @@ template <class T, int N> struct FreeSystem {
         for (int i = 0; i < qp.n; ++i) {
             for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
             y[i] = select(free[i], y[i], bound[i]);
-            for (int j = 0; j <= i; ++j) K[i][j] = select(both(free[i], free[j]), K[i][j], T(i == j ? 1 : 0));
+            for (int j = 0; j <= i; ++j) room[i][j] = select(both(free[i], free[j]), qp.H[i][j], T(i == j ? 1 : 0));
         }
+        matrix = &room;
     }
 };
 
 /// x on the active set: bounds where active, the minimiser over the rest elsewhere. The factorisation goes row by row, so that
-/// a number is written once, when it is final; unrolled, because the compilers leave triangular loops rolled and the time
-/// goes here.
-template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+/// a number is written once, when it is final, and into a matrix that no one else can write to; unrolled, because the
+/// compilers leave triangular loops rolled and the time goes here.
+template <class T, int N, class Solution> inline void solve_free(const BoxQp<T, N>& qp, Solution& s) {
     const int n = qp.n;
-    FreeSystem<T, N> system(qp, s.active, s.factors);
-    auto& K = system.K;
+    PerVariable<PerVariable<T, N>, N> L;
+    FreeSystem<T, N> system(qp, s.active, L);
+    const auto& K = *system.matrix;
     auto& y = system.y;
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) {
@@ -90,27 +92,28 @@ template <class T, int N> inline void solve_free(const BoxQp<T, N>& qp, BoxQpSol
         for (int j = 0; j < i; ++j) {
             T sum = K[i][j];
 #pragma GCC unroll 8
-            for (int k = 0; k < j; ++k) sum -= row[k] * K[j][k];
+            for (int k = 0; k < j; ++k) sum -= row[k] * L[j][k];
             row[j] = sum;
         }
         T pivot = K[i][i], rest = y[i];
 #pragma GCC unroll 8
         for (int j = 0; j < i; ++j) {
-            K[i][j] = row[j] * K[j][j];
-            pivot -= row[j] * K[i][j];
-            rest -= K[i][j] * y[j];
+            L[i][j] = row[j] * L[j][j];
+            pivot -= row[j] * L[i][j];
+            rest -= L[i][j] * y[j];
         }
         y[i] = rest;
-        K[i][i] = T(1) / pivot;
+        L[i][i] = T(1) / pivot;
     }
 #pragma GCC unroll 8
-    for (int i = 0; i < n; ++i) y[i] = y[i] * K[i][i];
+    for (int i = 0; i < n; ++i) y[i] = y[i] * L[i][i];
 #pragma GCC unroll 8
     for (int j = n - 1; j >= 0; --j) {
         s.x[j] = y[j];
 #pragma GCC unroll 8
-        for (int i = 0; i < j; ++i) y[i] -= K[j][i] * y[j];
+        for (int i = 0; i < j; ++i) y[i] -= L[j][i] * y[j];
     }
+    if constexpr (std::is_base_of_v<FactoredBoxQpSolution<T, N>, Solution>) s.factors = L;
 }
 
 template <class T, int N> inline PerVariable<T, N> gradient(const BoxQp<T, N>& qp, const PerVariable<T, N>& x) {
@@ -150,7 +153,7 @@ inline T kkt_residual(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const P
 }
 
 /// Block principal pivoting; tells in which lanes it settled. A settled lane repeats its answer while the others go on.
-template <class T, int N> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+template <class T, int N, class Solution> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, Solution& s) {
     for (s.iterations = 1;; ++s.iterations) {
         solve_free(qp, s);
         const PerVariable<T, N> multiplier = gradient(qp, s.x);
@@ -180,7 +183,7 @@ inline T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const
 
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
 /// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
-template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Mask<T> settled) {
+template <class T, int N, class Solution> inline void walk_down(const BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
     PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
@@ -213,8 +216,8 @@ template <class T, int N> inline void walk_down(const BoxQp<T, N>& qp, BoxQpSolu
 
 }  // namespace box_qp
 
-/// Solve, starting from the active set that `s` brings.
-template <class T, int N> inline void solve(const BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+/// Solve, starting from the active set that `s` brings; a FactoredBoxQpSolution also tells the last factors.
+template <class T, int N, class Solution> inline void solve(const BoxQp<T, N>& qp, Solution& s) {
     const Mask<T> settled = box_qp::exchange_blocks(qp, s);
     if (any(opposite(settled))) box_qp::walk_down(qp, s, settled);
     for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);

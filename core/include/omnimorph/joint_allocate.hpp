@@ -39,8 +39,8 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);
     Mask<T> arrived = T(0) < T(0);
     for (int k = 0; k <= qp.n && any(opposite(arrived)); ++k) {
-        auto& K = s.factors;
-        const box_qp::FreeSystem<T, M> system(qp, s.active, K);
+        PerVariable<PerVariable<T, M>, M> K;
+        K = *box_qp::FreeSystem<T, M>(qp, s.active, K).matrix;
         const PerVariable<T, M> gradient = box_qp::gradient(qp, s.x);
         PerVariable<T, M> way, downward;
         Mask<T> unbounded = T(0) < T(0);
@@ -119,7 +119,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
     template <int M> struct Point {
         PerVariable<T, M> tilt, gradient;                   // the latter of φ/2, scaled as the box QP of the thrusts
         typename Problem::template ThrustQp<T> thrusts;
-        BoxQpSolution<T, N> best;                           // best.x = f / f_scale
+        FactoredBoxQpSolution<T, N> best;                           // best.x = f / f_scale
         WrenchMatrix<T, N> G;                               // C A(α) f_scale
         PerVariable<Vec6<T>, M> turning;                    // ∂(G x)/∂α_j
         PerRotor<T, N> bending;                             // (b − G x)' ∂G_i/∂α
@@ -168,7 +168,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
         }
 
         auto factors_of(const Point<M>& p) const {
-            BoxQpSolution<T, N> again;
+            FactoredBoxQpSolution<T, N> again;
             again.active = p.best.active;
             box_qp::solve_free(p.thrusts.qp, again);
             return again.factors;

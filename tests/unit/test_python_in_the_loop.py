@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import omnimorph as om
+from omnimorph.errors import ScenarioError
+from omnimorph.model.core import state_row
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.run import Run
@@ -272,3 +274,26 @@ def test_the_perfect_plant_measures_exactly() -> None:
     controller = Recorder(scenario.build_controller())
     run = om.fly(scenario, controller=controller)
     np.testing.assert_array_equal([state.p_WB for state in controller.states], run.p_WB[:-1])
+
+
+def test_a_replayed_flight_gives_the_commands_of_its_steps() -> None:
+    scenario = om.load_scenario("hover")
+    run = om.fly(scenario)
+    wish = state_row(*scenario.reference(0.0))
+    every = range(0, 400, 4)
+    states = np.array(
+        [state_row(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k]) for k in every]
+    )
+    thrust, tilt = scenario.build_controller().replay(states, np.tile(wish, (len(states), 1)))
+    alone = scenario.build_controller()
+    for k, state in enumerate(states):
+        answer = alone.step(state, wish)
+        np.testing.assert_array_equal(thrust[k], answer.thrust)
+        np.testing.assert_array_equal(tilt[k], answer.tilt)
+
+
+@pytest.mark.parametrize("rows", [(3, 18, 2, 24), (3, 17, 3, 24), (3, 18, 3, 23)])
+def test_a_replay_of_the_wrong_shape_is_refused(rows: tuple[int, int, int, int]) -> None:
+    controller = om.load_scenario("hover").build_controller()
+    with pytest.raises(ScenarioError, match="replay: shape of its arrays"):
+        controller.replay(np.zeros(rows[:2]), np.zeros(rows[2:]))

@@ -33,34 +33,34 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
     // Each way to allocate is given the last answer and makes the next one of it: nothing that large is copied.
 
     /// The thrusts at the previous tilt.
-    void at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last) const {
+    void at_fixed_tilt(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last) {
         const Target target(*this, state, acceleration);
-        const auto trig = trigonometry_of(last.command.tilt, vehicle_.n_servos);
-        tell(target, solve_at<T>(target, trig, last), last);
+        tell(target, solve_at<T>(target, last.command.tilt, last, kept_[0]), last);
     }
 
     /// The best of `candidates` tilts of a single servo from α⁻ − ε to α⁻ + ε; of three, this is the paper's rule (its Sec. 3).
-    void best_in_window(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) const {
+    void best_in_window(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) {
         const Target target(*this, state, acceleration);
         tell(target, best_of(target, candidates_of(TiltSpan::window, candidates, last, epsilon), last), last);
     }
 
     /// From α⁻ by at most ε towards the best of α⁻ and `candidates` tilts over the whole range of a single servo.
-    void towards_best_in_range(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) const {
+    void towards_best_in_range(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const T& epsilon, int candidates) {
         const Target target(*this, state, acceleration);
         const TiltCandidates<T> tried = candidates_of(TiltSpan::range, candidates, last, epsilon);
         Candidate<T> best = best_of(target, tried, last);
         const T tilt = clamp(best.tilt, tried[0] - epsilon, tried[0] + epsilon);
         const Mask<T> too_far = opposite(tilt == best.tilt);
-        if (any(too_far)) best.take(too_far, at_tilt(target, tilt, last), vehicle_.n_rotors);
+        if (any(too_far)) best.take(too_far, at_tilt(target, tilt, last, kept_[0]), vehicle_.n_rotors);
         tell(target, best, last);
     }
 
     /// The least cost at each of `count` tilts of a single servo, four of them side by side (T is a scalar).
     void cost_over_tilt(const Motion<T>& state, const Vec6<T>& acceleration, const Allocation<T, N>& previous, const T* tilt, int count, T* cost) const {
         const Target target(*this, state, acceleration);
+        AtTilt<Lanes> at;
         for (int k = 0; k < count; k += 4) {
-            const Candidate<Lanes> four = at_tilt(target, side_by_side(tilt, k, count), previous);
+            const Candidate<Lanes> four = at_tilt(target, side_by_side(tilt, k, count), previous, at);
             for (int lane = 0; lane < 4 && k + lane < count; ++lane) cost[k + lane] = four.cost[lane];
         }
     }
@@ -75,27 +75,33 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
         U unit;  // it is half of J times this
     };
 
-    /// The box QP at one tilt, or at a pack of them; U is T or a pack of candidates of one vehicle.
-    template <class U>
-    void set_thrust_qp(const Target& target, const WrenchMatrix<U, N>& G, const Allocation<T, N>& previous, ThrustQp<U>& out) const {
+    /// The part of the box QP that does not depend on what is asked for; U is T or a pack of candidates of one vehicle.
+    template <class U> void set_hessian(const WrenchMatrix<U, N>& G, ThrustQp<U>& out) const {
         const Count<N> n = vehicle_.n_rotors;
         BoxQp<U, N>& qp = out.qp;
         qp.n = n;
+        qp.is_factored = false;
         U trace = U(0);
         for (int i = 0; i < n; ++i) {
             qp.H[i][i] = dot(G.column[i], G.column[i]) + U(diagonal_[i]);
             trace += qp.H[i][i];
-            qp.g[i] = U(-scale_[i] * weights_.input_change[i] * previous.command.thrust[i]);
-            for (int r = 0; r < 6; ++r) qp.g[i] -= G.column[i][r] * U(target.b[r]);
             qp.lower[i] = U(lower_[i]);
             qp.upper[i] = U(upper_[i]);
         }
         const U unit = out.unit = U(int(n)) / trace;
         for (int i = 0; i < n; ++i) {
-            qp.g[i] *= unit;
             qp.H[i][i] *= unit;
 #pragma GCC unroll 8
             for (int j = 0; j < i; ++j) qp.H[i][j] = dot(G.column[i], G.column[j]) * unit;
+        }
+    }
+
+    template <class U>
+    void set_gradient(const Target& target, const WrenchMatrix<U, N>& G, const Allocation<T, N>& previous, ThrustQp<U>& out) const {
+        for (int i = 0; i < vehicle_.n_rotors; ++i) {
+            U g = U(-scale_[i] * weights_.input_change[i] * previous.command.thrust[i]);
+            for (int r = 0; r < 6; ++r) g -= G.column[i][r] * U(target.b[r]);
+            out.qp.g[i] = g * out.unit;
         }
     }
 
@@ -123,29 +129,48 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
         }
     };
 
+    /// What is known of the problem at some tilts. Where the map holds all of W2 it is the same in every attitude, so that it
+    /// serves again as long as the tilts stay: always, for a vehicle whose rotors do not tilt.
+    template <class U> struct AtTilt {
+        bool is_known = false;
+        PerServo<U> tilt;
+        WrenchMatrix<U, N> G;
+        ThrustQp<U> thrusts;
+    };
+
+    template <class U> void look_at(const Target& target, const PerServo<U>& tilt, AtTilt<U>& at) const {
+        const int m = vehicle_.n_servos;
+        bool stays = target.in_body && at.is_known;
+        for (int j = 0; j < m; ++j) stays = stays && !any(opposite(tilt[j] == at.tilt[j]));
+        if (stays) return;
+        for (int j = 0; j < m; ++j) at.tilt[j] = tilt[j];
+        at.G = this->template weighted_map<U>(target, trigonometry_of(tilt, m));
+        set_hessian(at.G, at.thrusts);
+        at.is_known = true;
+    }
+
     template <class U>
-    Solved<U> solve_at(const Target& target, const TiltTrigonometry<U>& trig, const Allocation<T, N>& previous) const {
-        const WrenchMatrix<U, N> G = this->template weighted_map<U>(target, trig);
+    Solved<U> solve_at(const Target& target, const PerServo<U>& tilt, const Allocation<T, N>& previous, AtTilt<U>& at) const {
+        look_at(target, tilt, at);
+        set_gradient(target, at.G, previous, at.thrusts);
         BoxQpSolution<U, N> s;
         for (int i = 0; i < vehicle_.n_rotors; ++i) s.active[i] = U(previous.active[i]);
-        ThrustQp<U> thrusts;
-        set_thrust_qp(target, G, previous, thrusts);
-        solve(thrusts.qp, s);
-        return {s.x, s.active, this->cost(this->missed(target, G, s.x), s.x, previous), s.kkt_residual};
+        solve(at.thrusts.qp, s);
+        return {s.x, s.active, this->cost(this->missed(target, at.G, s.x), s.x, previous), s.kkt_residual};
     }
 
     /// The same at one angle, or a pack of angles, of a single servo.
-    template <class U> Candidate<U> at_tilt(const Target& target, const U& tilt, const Allocation<T, N>& previous) const {
+    template <class U> Candidate<U> at_tilt(const Target& target, const U& tilt, const Allocation<T, N>& previous, AtTilt<U>& at) const {
         PerServo<U> angle;
         angle[0] = tilt;
-        return {solve_at<U>(target, trigonometry_of(angle, 1), previous), tilt};
+        return {solve_at<U>(target, angle, previous, at), tilt};
     }
 
     TiltCandidates<T> candidates_of(TiltSpan span, int spaced, const Allocation<T, N>& previous, const T& epsilon) const {
         return {span, spaced, previous.command.tilt[0], epsilon, vehicle_.angle_min[0], vehicle_.angle_max[0]};
     }
 
-    Candidate<T> best_of(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+    Candidate<T> best_of(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) {
         if constexpr (lane_count<T> == 1) {
             return best_in_lanes(target, candidates, previous);
         } else {
@@ -161,18 +186,18 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
     }
 
     /// The candidates of one vehicle, four at a time.
-    Candidate<T> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
+    Candidate<T> best_in_lanes(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) {
         const int count = candidates.count();
-        Candidate<T> best = best_of_four(target, side_by_side(candidates, 0, count), previous);
+        Candidate<T> best = best_of_four(target, side_by_side(candidates, 0, count), previous, kept_four_);
         for (int k = 4; k < count; k += 4) {
-            const Candidate<T> next = best_of_four(target, side_by_side(candidates, k, count), previous);
+            const Candidate<T> next = best_of_four(target, side_by_side(candidates, k, count), previous, kept_four_);
             if (next.cost < best.cost) best = next;
         }
         return best;
     }
 
-    Candidate<T> best_of_four(const Target& target, const Lanes& tilts, const Allocation<T, N>& previous) const {
-        const Candidate<Lanes> four = at_tilt(target, tilts, previous);
+    Candidate<T> best_of_four(const Target& target, const Lanes& tilts, const Allocation<T, N>& previous, AtTilt<Lanes>& at) const {
+        const Candidate<Lanes> four = at_tilt(target, tilts, previous, at);
         int best = 0;
         for (int lane = 1; lane < 4; ++lane)
             if (four.cost[lane] < four.cost[best]) best = lane;
@@ -188,10 +213,10 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
     }
 
     /// The candidates of many vehicles, one after the other; each lane keeps its own best.
-    Candidate<T> best_in_turn(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) const {
-        Candidate<T> best = at_tilt(target, candidates[0], previous);
+    Candidate<T> best_in_turn(const Target& target, const TiltCandidates<T>& candidates, const Allocation<T, N>& previous) {
+        Candidate<T> best = at_tilt(target, candidates[0], previous, kept_[0]);
         for (int k = 1; k < candidates.count(); ++k) {
-            const Candidate<T> next = at_tilt(target, candidates[k], previous);
+            const Candidate<T> next = at_tilt(target, candidates[k], previous, kept_[k % kept]);
             best.take(next.cost < best.cost, next, vehicle_.n_rotors);
         }
         return best;
@@ -211,6 +236,10 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
         tell(target, static_cast<const Solved<T>&>(found), answer);
         answer.command.tilt[0] = found.tilt;
     }
+
+    static constexpr int kept = lane_count<T> == 1 ? 1 : 3;  // as many as the paper's candidates, if they are solved in turn
+    AtTilt<T> kept_[kept];
+    AtTilt<Lanes> kept_four_;
 };
 
 }  // namespace omnimorph

@@ -21,10 +21,15 @@ template <class T, int N> struct PerVariable {
     const T& operator[](int i) const { return a[i]; }
 };
 
+/// The lower triangle of a symmetric matrix, or of its factors LDL': L, and on its diagonal D⁻¹.
+template <class T, int N> using Triangle = PerVariable<PerVariable<T, N>, N>;
+
 template <class T, int N> struct BoxQp {
     Count<N> n;
-    PerVariable<PerVariable<T, N>, N> H;  // its lower triangle
+    Triangle<T, N> H;
     PerVariable<T, N> g, lower, upper;
+    Triangle<T, N> factors;    // of H, made when they are first needed
+    bool is_factored = false;  // to be unset by whoever changes H
     explicit BoxQp(int count = N) : n(count) {}
 };
 
@@ -34,9 +39,9 @@ template <class T, int N> struct BoxQpSolution {
     T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
     int iterations;         // systems solved, until the slowest lane was done
 };
-/// With LDL' of H over the free variables, the identity elsewhere: L, and on its diagonal D⁻¹.
+/// With the factors of H over the free variables, the identity elsewhere.
 template <class T, int N> struct FactoredBoxQpSolution : BoxQpSolution<T, N> {
-    PerVariable<PerVariable<T, N>, N> factors;
+    Triangle<T, N> factors;
 };
 
 namespace box_qp {
@@ -45,46 +50,35 @@ template <class T> inline constexpr double tolerance = sizeof(Scalar<T>) == size
 inline constexpr int most_exchanges = 10;
 inline constexpr int most_steps = 400;
 
-/// H with the rows and columns of the active set taken out (those of the identity put in), and the right side that
-/// leaves for the free variables; for an active one its bound. Where nothing is active it is H itself, not a copy.
-template <class T, int N> struct FreeSystem {
-    const PerVariable<PerVariable<T, N>, N>* matrix;  // its lower triangle
-    PerVariable<T, N> y;
+/// Whether any variable of any lane is at a bound.
+template <class T, int N> inline bool any_active(const PerVariable<T, N>& active, int n) {
+    T bounds = T(0);
+    for (int i = 0; i < n; ++i) bounds += magnitude(active[i]);
+    return any(bounds > T(0));
+}
 
-    FreeSystem(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) : matrix(&qp.H) {
-        T bounds = T(0);
-        for (int i = 0; i < qp.n; ++i) {
-            bounds += magnitude(active[i]);
-            y[i] = -qp.g[i];
-        }
-        if (any(bounds > T(0))) take_out(qp, active, room);
+/// H with the rows and columns of the active set taken out (those of the identity put in); y, on entry -g, becomes the right
+/// side that leaves for the free variables, and for an active one its bound.
+template <class T, int N>
+inline void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K, PerVariable<T, N>& y) {
+    PerVariable<Mask<T>, N> free;
+    PerVariable<T, N> bound;
+    for (int i = 0; i < qp.n; ++i) {
+        free[i] = active[i] == T(0);
+        bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
     }
-
-    void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<PerVariable<T, N>, N>& room) {
-        PerVariable<Mask<T>, N> free;
-        PerVariable<T, N> bound;
-        for (int i = 0; i < qp.n; ++i) {
-            free[i] = active[i] == T(0);
-            bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
-        }
-        for (int i = 0; i < qp.n; ++i) {
-            for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
-            y[i] = select(free[i], y[i], bound[i]);
-            for (int j = 0; j <= i; ++j) room[i][j] = select(both(free[i], free[j]), qp.H[i][j], T(i == j ? 1 : 0));
-        }
-        matrix = &room;
+    for (int i = 0; i < qp.n; ++i) {
+        for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
+        y[i] = select(free[i], y[i], bound[i]);
+        for (int j = 0; j <= i; ++j) K[i][j] = select(both(free[i], free[j]), qp.H[i][j], T(i == j ? 1 : 0));
     }
-};
+}
 
-/// x on the active set: bounds where active, the minimiser over the rest elsewhere. The factorisation goes row by row, so that
-/// a number is written once, when it is final, and into a matrix that no one else can write to; unrolled, because the
-/// compilers leave triangular loops rolled and the time goes here.
-template <class T, int N, class Solution> inline void solve_free(const BoxQp<T, N>& qp, Solution& s) {
-    const int n = qp.n;
-    PerVariable<PerVariable<T, N>, N> L;
-    FreeSystem<T, N> system(qp, s.active, L);
-    const auto& K = *system.matrix;
-    auto& y = system.y;
+/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can write
+/// to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
+template <class T, int N> inline Triangle<T, N> factors_of(const Triangle<T, N>& K, Count<N> count) {
+    const int n = count;
+    Triangle<T, N> L;
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) {
         PerVariable<T, N> row;  // i of L D
@@ -95,25 +89,52 @@ template <class T, int N, class Solution> inline void solve_free(const BoxQp<T, 
             for (int k = 0; k < j; ++k) sum -= row[k] * L[j][k];
             row[j] = sum;
         }
-        T pivot = K[i][i], rest = y[i];
+        T pivot = K[i][i];
 #pragma GCC unroll 8
         for (int j = 0; j < i; ++j) {
             L[i][j] = row[j] * L[j][j];
             pivot -= row[j] * L[i][j];
-            rest -= L[i][j] * y[j];
         }
-        y[i] = rest;
         L[i][i] = T(1) / pivot;
+    }
+    return L;
+}
+
+/// x of LDL' x = y.
+template <class T, int N> inline void substitute(const Triangle<T, N>& L, PerVariable<T, N> y, PerVariable<T, N>& x, Count<N> count) {
+    const int n = count;
+#pragma GCC unroll 8
+    for (int j = 0; j < n; ++j) {
+#pragma GCC unroll 8
+        for (int i = j + 1; i < n; ++i) y[i] -= L[i][j] * y[j];
     }
 #pragma GCC unroll 8
     for (int i = 0; i < n; ++i) y[i] = y[i] * L[i][i];
 #pragma GCC unroll 8
     for (int j = n - 1; j >= 0; --j) {
-        s.x[j] = y[j];
+        x[j] = y[j];
 #pragma GCC unroll 8
         for (int i = 0; i < j; ++i) y[i] -= L[j][i] * y[j];
     }
-    if constexpr (std::is_base_of_v<FactoredBoxQpSolution<T, N>, Solution>) s.factors = L;
+}
+
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors are
+/// those of H, which serve every problem with the same H.
+template <class T, int N, class Solution> inline void solve_free(BoxQp<T, N>& qp, Solution& s) {
+    PerVariable<T, N> y;
+    for (int i = 0; i < qp.n; ++i) y[i] = -qp.g[i];
+    Triangle<T, N> taken_out;
+    const Triangle<T, N>* factors = &qp.factors;
+    if (any_active(s.active, qp.n)) {
+        take_out(qp, s.active, taken_out, y);
+        taken_out = factors_of(taken_out, qp.n);
+        factors = &taken_out;
+    } else if (!qp.is_factored) {
+        qp.factors = factors_of(qp.H, qp.n);
+        qp.is_factored = true;
+    }
+    substitute(*factors, y, s.x, qp.n);
+    if constexpr (std::is_base_of_v<FactoredBoxQpSolution<T, N>, Solution>) s.factors = *factors;
 }
 
 template <class T, int N> inline PerVariable<T, N> gradient(const BoxQp<T, N>& qp, const PerVariable<T, N>& x) {
@@ -153,7 +174,7 @@ inline T kkt_residual(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const P
 }
 
 /// Block principal pivoting; tells in which lanes it settled. A settled lane repeats its answer while the others go on.
-template <class T, int N, class Solution> inline Mask<T> exchange_blocks(const BoxQp<T, N>& qp, Solution& s) {
+template <class T, int N, class Solution> inline Mask<T> exchange_blocks(BoxQp<T, N>& qp, Solution& s) {
     for (s.iterations = 1;; ++s.iterations) {
         solve_free(qp, s);
         const PerVariable<T, N> multiplier = gradient(qp, s.x);
@@ -183,7 +204,7 @@ inline T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const
 
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
 /// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
-template <class T, int N, class Solution> inline void walk_down(const BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
+template <class T, int N, class Solution> inline void walk_down(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
     PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
@@ -217,7 +238,7 @@ template <class T, int N, class Solution> inline void walk_down(const BoxQp<T, N
 }  // namespace box_qp
 
 /// Solve, starting from the active set that `s` brings; a FactoredBoxQpSolution also tells the last factors.
-template <class T, int N, class Solution> inline void solve(const BoxQp<T, N>& qp, Solution& s) {
+template <class T, int N, class Solution> inline void solve(BoxQp<T, N>& qp, Solution& s) {
     const Mask<T> settled = box_qp::exchange_blocks(qp, s);
     if (any(opposite(settled))) box_qp::walk_down(qp, s, settled);
     for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);

@@ -39,8 +39,9 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);
     Mask<T> arrived = T(0) < T(0);
     for (int k = 0; k <= qp.n && any(opposite(arrived)); ++k) {
-        PerVariable<PerVariable<T, M>, M> K;
-        K = *box_qp::FreeSystem<T, M>(qp, s.active, K).matrix;
+        Triangle<T, M> K;
+        PerVariable<T, M> unused{};
+        box_qp::take_out(qp, s.active, K, unused);
         const PerVariable<T, M> gradient = box_qp::gradient(qp, s.x);
         PerVariable<T, M> way, downward;
         Mask<T> unbounded = T(0) < T(0);
@@ -86,7 +87,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
 
     /// Thrusts and tilts, each tilt within `epsilon` of the one before. For a single servo the descent begins at the best
     /// of the paper's three candidates, otherwise at the tilts as they are; its end is not above where it began.
-    void jointly(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const PerServo<T>& epsilon) const {
+    void jointly(const Motion<T>& state, const Vec6<T>& acceleration, Allocation<T, N>& last, const PerServo<T>& epsilon) {
         const int m = vehicle_.n_servos;
         const Allocation<T, N> previous = last;
         if (m == 1) {
@@ -167,7 +168,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             differentiate(p, set_map(p));
         }
 
-        auto factors_of(const Point<M>& p) const {
+        auto factors_of(Point<M>& p) const {
             FactoredBoxQpSolution<T, N> again;
             again.active = p.best.active;
             box_qp::solve_free(p.thrusts.qp, again);
@@ -187,7 +188,8 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             for (int j = 0; j < m_; ++j) angle[j] = p.tilt[j];
             const TiltTrigonometry<T> trig = trigonometry_of(angle, m_);
             p.G = a_.template weighted_map<T>(target_, trig);
-            a_.set_thrust_qp(target_, p.G, previous_, p.thrusts);
+            a_.set_hessian(p.G, p.thrusts);
+            a_.set_gradient(target_, p.G, previous_, p.thrusts);
             return trig;
         }
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
 from omnimorph.errors import ScenarioError
@@ -23,8 +23,7 @@ from omnimorph.simulation.scenario import Scenario
 __all__ = ["VARIABLE", "Distribution", "Normal", "Uniform", "Variation", "draw"]
 
 _FACTOR = "a positive factor"
-_FINITE = "a finite number"
-_SHARE = "a share of the thrust, not negative"
+_FINITE = "finite"
 
 
 class Distribution(Protocol):
@@ -82,47 +81,35 @@ class Normal(Distribution):
         return np.asarray(self.mean + self.deviation * ndtri(q))
 
 
-class _Parameter:
-    """One thing in which flights can differ: how many numbers it is, and what they may be."""
+class _Parameter(NamedTuple):
+    """One thing in which flights can differ."""
 
-    def __init__(
-        self, width: Callable[[int], int], allowed: str, least: float, effect: str | None = None
-    ) -> None:
-        self.width, self.allowed, self.least, self.effect = width, allowed, least, effect
+    width: int | None  # how many numbers; one a rotor for None
+    allowed: str
+    least: float = -math.inf
+    effect: str | None = None  # the imperfection that the plant must have
 
-    def refused(self, values: FloatArray) -> FloatArray:
+    def refuses(self, values: FloatArray) -> NDArray[np.bool_]:
         """Return which of the numbers cannot be."""
-        above = values > 0.0 if self.allowed == _FACTOR else values >= self.least
-        return np.asarray(~(np.isfinite(values) & above))
+        return ~(np.isfinite(values) & (values >= self.least))
 
 
-def _one(n: int) -> int:
-    return 1
-
-
-def _each(n: int) -> int:
-    return n
-
-
-def _three(n: int) -> int:
-    return 3
-
-
+_ABOVE_ZERO = math.ulp(0.0)
 _PARAMETERS = {
-    "mass": _Parameter(_one, _FACTOR, 0.0),
-    "inertia": _Parameter(_one, _FACTOR, 0.0),
-    "thrust_coefficient": _Parameter(_each, _FACTOR, 0.0),
-    "drag_coefficient": _Parameter(_each, _FACTOR, 0.0),
-    "effectiveness": _Parameter(_each, _SHARE, 0.0),
-    "centre_of_mass": _Parameter(_three, _FINITE, -math.inf),
-    "rotor_lag": _Parameter(_one, _FACTOR, 0.0, "rotor-lag"),
-    "noise": _Parameter(_one, "a factor, not negative", 0.0, "measurement-noise"),
-    "force": _Parameter(_three, _FINITE, -math.inf),
-    "torque": _Parameter(_three, _FINITE, -math.inf),
-    "start_position": _Parameter(_three, _FINITE, -math.inf),
-    "start_velocity": _Parameter(_three, _FINITE, -math.inf),
-    "start_attitude": _Parameter(_three, _FINITE, -math.inf),
-    "start_rate": _Parameter(_three, _FINITE, -math.inf),
+    "mass": _Parameter(1, _FACTOR, _ABOVE_ZERO),
+    "inertia": _Parameter(1, _FACTOR, _ABOVE_ZERO),
+    "thrust_coefficient": _Parameter(None, _FACTOR, _ABOVE_ZERO),
+    "drag_coefficient": _Parameter(None, _FACTOR, _ABOVE_ZERO),
+    "effectiveness": _Parameter(None, "a share of the thrust, not negative", 0.0),
+    "centre_of_mass": _Parameter(3, _FINITE),
+    "rotor_lag": _Parameter(1, _FACTOR, _ABOVE_ZERO, "rotor-lag"),
+    "noise": _Parameter(1, "a factor, not negative", 0.0, "measurement-noise"),
+    "force": _Parameter(3, _FINITE),
+    "torque": _Parameter(3, _FINITE),
+    "start_position": _Parameter(3, _FINITE),
+    "start_velocity": _Parameter(3, _FINITE),
+    "start_attitude": _Parameter(3, _FINITE),
+    "start_rate": _Parameter(3, _FINITE),
 }
 VARIABLE = tuple(_PARAMETERS)
 """Everything in which the flights of a batch can differ."""
@@ -193,9 +180,9 @@ def draw(
         if parameter.effect is not None and parameter.effect not in effects:
             allowed = f"left out, because plant {scenario.plant.name} has no {parameter.effect}"
             raise ScenarioError.at("vary", name, "given", allowed)
-        width = parameter.width(scenario.vehicle.n_rotors)
+        width = parameter.width or scenario.vehicle.n_rotors
         values = _values(name, wanted, seed, first, n, width)
-        refused = parameter.refused(values).reshape(n, -1).any(axis=1)
+        refused = parameter.refuses(values).reshape(n, -1).any(axis=1)
         if refused.any():
             row = int(np.argmax(refused))
             place = f"vary, flight {first + row}"

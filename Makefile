@@ -58,7 +58,7 @@ bench: setup  ## measure the speed on this machine
 
 lock: $(VENV)/uv-$(UV_VERSION)  ## resolve pyproject.toml and requirements.in into requirements.lock
 	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-emit-find-links --custom-compile-command "make lock" --upgrade \
+		--no-emit-find-links --custom-compile-command "make lock" --upgrade --extra view \
 		pyproject.toml requirements.in --output-file requirements.lock
 
 clean:  ## remove everything that was made here

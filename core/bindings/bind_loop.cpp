@@ -180,6 +180,8 @@ void bind_loop(nb::module_& m) {
             return AllocationView{a, f.n_rotors, f.n_servos};
         }, "state"_a, "desired"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
+        .def("change_controller", &AnyFlight::change_controller, "settings"_a)
+        .def("set_effectiveness", [](AnyFlight& f, const Array& share) { f.set_effectiveness(per_rotor_from(share, f.n_rotors, "share")); }, "share"_a)
         .def("integrate", [](AnyFlight& f, int steps, const Array& pushed) {
             expect_size(pushed, 6, "pushed");
             f.integrate(steps, vector_from<6>(pushed.data()));

@@ -42,7 +42,8 @@ class CountedController final : public AnyController {
 class CountedFlight final : public AnyFlight {
   public:
     explicit CountedFlight(const FlightParts& parts)
-        : flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
+        : model_(parts.model),
+          flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
                   ControllerSettings<double, N>(parts.controller, parts.model.n_rotors, parts.model.n_servos), *parts.reference, parts.start,
                   counted(parts.command, parts.model.n_rotors), parts.settings, {parts.record}) {
         n_rotors = parts.model.n_rotors;
@@ -63,6 +64,10 @@ class CountedFlight final : public AnyFlight {
         flight_.decide({counted(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});
     }
     void refuse_command() override { flight_.refuse_command(); }
+    void change_controller(const ControllerSettings<double, 0>& settings) override {
+        flight_.change_controller(model_, {settings, n_rotors, n_servos});
+    }
+    void set_effectiveness(const PerRotor<double, 0>& share) override { flight_.plant.set_effectiveness(cast<double, N>(share, n_rotors)); }
     void integrate(int steps, const Vec6<double>& pushed) override {
         for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), pushed);
     }
@@ -73,6 +78,7 @@ class CountedFlight final : public AnyFlight {
     FlightStatus status() const override { return flight_.status(); }
 
   private:
+    Vehicle<double, N> model_;
     Flight<double, N> flight_;
 };
 

@@ -32,6 +32,8 @@ class AnyFlight {
     virtual AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) = 0;
     virtual void decide(const AnyAllocation& allocation) = 0;
     virtual void refuse_command() = 0;
+    virtual void change_controller(const ControllerSettings<double, 0>& settings) = 0;
+    virtual void set_effectiveness(const PerRotor<double, 0>& share) = 0;
     virtual void integrate(int steps, const Vec6<double>& pushed) = 0;
     virtual PerRotor<double, 0> speed() const = 0;
     virtual PerServo<double> tilt() const = 0;

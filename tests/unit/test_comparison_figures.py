@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import omnimorph as om
+from omnimorph.model.geometry import propeller_radius
 from omnimorph.report.comparison_figures import Column, numbers_of_platforms, to_one_scale
-from omnimorph.report.vehicle_drawing import propeller_radius
 
 NAMES = ("voliro", "omav-12", "quadrotor", "odar-8", "omnicopter")
 VEHICLES = [om.load_vehicle(name) for name in NAMES]

@@ -15,6 +15,7 @@ from tests.unit.analysis_parts import (
 )
 
 import omnimorph as om
+from omnimorph.model.geometry import propeller_radius, thrust_axes
 from omnimorph.protocols import FloatArray
 from omnimorph.report import style
 from omnimorph.report.geometry_figure import box_edges, geometry
@@ -22,8 +23,6 @@ from omnimorph.report.vehicle_drawing import (
     HINGE_REACH,
     SPIN_COLOURS,
     camera,
-    propeller_radius,
-    thrust_axes,
 )
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ import pytest
 
 import omnimorph as om
 from omnimorph.errors import InputError
-from omnimorph.report import curves, figures, style, summary_figures
+from omnimorph.model.geometry import propeller_radius
+from omnimorph.report import figures, style, summary_figures
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import Flight, Look
 from omnimorph.report.tables import (
@@ -25,8 +26,8 @@ from omnimorph.report.tables import (
     source_table,
     trajectory_table,
 )
-from omnimorph.report.thinning import band, thin
-from omnimorph.report.vehicle_drawing import propeller_radius
+from omnimorph.results import curves
+from omnimorph.results.thinning import band, thin
 from omnimorph.studies.own_folder import own_folder
 
 if TYPE_CHECKING:

@@ -111,6 +111,14 @@ template <class T, int N> class Plant {
 
     const PlantSettings<T, N>& settings() const { return settings_; }
 
+    /// From now on each rotor gives this share of its thrust; its drag torque stays, as with a torn blade.
+    void set_effectiveness(const PerRotor<T, N>& share) {
+        settings_.effectiveness = share;
+        map_ = speed_map(settings_, settings_.vehicle.drag_coefficient);
+        thrust_map_ = speed_map(settings_, PerRotor<T, N>{});
+        load_ = load(actuators);
+    }
+
   private:
     /// Rates of change of position, velocity, attitude (in the Lie algebra) and angular momentum.
     struct Rates {

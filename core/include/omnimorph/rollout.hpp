@@ -92,6 +92,13 @@ template <class T, int N> class Flight {
         advance(most_steps, [](const Desired<T>&) {});
     }
 
+    /// Go on with another controller from the last command of this one.
+    void change_controller(const Vehicle<T, N>& model, const ControllerSettings<T, N>& settings) {
+        const Allocation<T, N> last = controller.last;
+        controller = Controller<T, N>(model, settings, last.command);
+        controller.last = last;
+    }
+
     /// Put a command from outside on its way to the motors; it is what the record shows until the next one.
     void decide(const Allocation<T, N>& allocation) {
         from_outside_ = allocation;

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import argparse
 import re
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
+from omnimorph.cli.page import add_page_arguments, announce, closing
 from omnimorph.results.folder import check_folder, staged
 
 if TYPE_CHECKING:
@@ -48,6 +51,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="write run.nc and metrics.json there (default: a folder in ./runs)",
     )
+    parser.add_argument(
+        "--view",
+        action="store_true",
+        help="watch it while it flies, in the browser, and push it or cut a rotor",
+    )
+    add_page_arguments(parser)
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
@@ -60,8 +69,34 @@ def answer(options: argparse.Namespace) -> console.Answer:
     changes = [Path(name).stem for name in (options.vehicle, options.plant) if name]
     out = options.out or Path("runs", _folder_name(scenario.name, changes, options.seed))
     check_folder(out)
+    if options.view:
+        return _watched(options, scenario, out)
     with console.Progress(f"flying {scenario.name}") as progress:
         run = om.fly(scenario, seed=options.seed, plant=options.plant, progress=progress)
+    return _kept(scenario, run, out)
+
+
+def _watched(options: argparse.Namespace, scenario: Scenario, out: Path) -> console.Answer:
+    """Fly while someone looks; keep the run, then the page until the browser leaves it."""
+    from omnimorph.live.page import LivePage
+    from omnimorph.simulation.scenario_files import load_plant
+    from omnimorph.viewer.server import new_server
+
+    if options.plant is not None:
+        scenario = replace(scenario, plant=load_plant(options.plant))
+    with closing(new_server(options.host, options.port)) as server:
+        page = LivePage(server, scenario, options.seed)
+        announce(server, options, "it flies once you look, and ends when you have looked")
+        told = _kept(scenario, page.fly(), out)
+        with suppress(KeyboardInterrupt):
+            page.serve()
+    return told
+
+
+def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
+    """Write a run and its metrics, and tell how it went."""
+    import omnimorph as om
+
     with staged(out) as new:
         run.save(new / "run.nc")
         run.metrics.write_json(new / "metrics.json")

@@ -35,6 +35,7 @@ from omnimorph.cli import (
     scenarios,
     vehicles,
     verify,
+    view,
 )
 from omnimorph.errors import InputError, nearest_name
 
@@ -47,6 +48,7 @@ COMMANDS: dict[str, ModuleType] = {
     "compare": compare,
     "scenarios": scenarios,
     "fly": fly,
+    "view": view,
     "gains": gains,
     "fit": fit,
     "inertia": inertia,

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.geometry import propeller_radius
 from omnimorph.report.style import BLACK, BLUE, GREY, LIMIT, new_figure, styled
 from omnimorph.report.tables import number
-from omnimorph.report.vehicle_drawing import draw_vehicle, propeller_radius
+from omnimorph.report.vehicle_drawing import draw_vehicle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

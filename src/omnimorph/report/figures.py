@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report import curves
 from omnimorph.report.style import (
     COLUMNS,
     LIMIT,
@@ -25,7 +24,8 @@ from omnimorph.report.style import (
     new_figure,
     styled,
 )
-from omnimorph.report.thinning import band, thin
+from omnimorph.results import curves
+from omnimorph.results.thinning import band, thin
 from omnimorph.units import from_SI
 
 if TYPE_CHECKING:

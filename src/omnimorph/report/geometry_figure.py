@@ -10,6 +10,7 @@ import numpy as np
 
 from omnimorph.analysis.actuation import ThrustKind, actuation
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.geometry import propeller_radius, thrust_axes
 from omnimorph.protocols import FloatArray
 from omnimorph.report.style import (
     GREEN,
@@ -30,8 +31,6 @@ from omnimorph.report.vehicle_drawing import (
     arrow,
     camera,
     draw_vehicle,
-    propeller_radius,
-    thrust_axes,
 )
 
 if TYPE_CHECKING:

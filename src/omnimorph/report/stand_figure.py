@@ -21,7 +21,7 @@ from omnimorph.report.style import (
     styled,
 )
 from omnimorph.report.tables import degrees
-from omnimorph.report.thinning import band, thin
+from omnimorph.results.thinning import band, thin
 from omnimorph.units import from_SI
 
 if TYPE_CHECKING:

@@ -19,8 +19,8 @@ from omnimorph.report.style import (
     new_figure,
     styled,
 )
-from omnimorph.report.thinning import thin
 from omnimorph.report.vehicle_drawing import draw_vehicle
+from omnimorph.results.thinning import thin
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

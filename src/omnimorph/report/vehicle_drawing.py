@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.geometry import propeller_radius, thrust_axes
 from omnimorph.protocols import FloatArray
 from omnimorph.report.style import BLUE, GREY, SILVER, VERMILLION, YELLOW
 
@@ -23,8 +24,6 @@ __all__ = [
     "arrow",
     "camera",
     "draw_vehicle",
-    "propeller_radius",
-    "thrust_axes",
 ]
 
 INK = "#222222"
@@ -130,36 +129,6 @@ def draw_vehicle(
     panel.set_ylim(-0.95 * reach, 0.95 * reach)
     panel.set_aspect("equal")
     panel.axis("off")
-
-
-def propeller_radius(vehicle: Vehicle) -> float:
-    """Return a radius for the drawing, m: the largest with which no two discs touch, but for 4 %.
-
-    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. A
-    coaxial pair, both rotors at one place, is drawn as one.
-    """
-    hubs = vehicle.rotor_position
-    apart = np.linalg.norm(hubs[:, None] - hubs[None], axis=2)
-    between = apart[apart > 1e-9]
-    return 0.48 * float(between.min()) if len(between) else 0.1
-
-
-def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
-    """Return the unit thrust axes in B at a tilt, (n, 3): z0 + zC cos α + zS sin α.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any.
-    tilt : float or (m,) array, rad
-        Of all servos, or of each.
-    """
-    z0, zC, zS = vehicle.thrust_axis_parts
-    servos = np.broadcast_to(np.asarray(tilt, dtype=np.float64), vehicle.n_servos)
-    # a rotor that no servo tilts has index −1: it finds the zero at the end
-    angle = np.append(servos, 0.0)[vehicle.rotor_servo][:, None]
-    axes: FloatArray = z0 + zC * np.cos(angle) + zS * np.sin(angle)
-    return axes
 
 
 def arrow(begin: FloatArray, along: FloatArray, head: float) -> FloatArray:

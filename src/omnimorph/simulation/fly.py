@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -21,23 +20,15 @@ from omnimorph.protocols import (
     Reference,
 )
 from omnimorph.reference.rows import desired_from_row
-from omnimorph.results.run import Outcome, Run
-from omnimorph.simulation.loop_parts import (
-    OUTCOMES,
-    Flown,
-    as_run,
-    empty_columns,
-    loop_parts,
-    whole_number,
-)
+from omnimorph.results.run import Run
 from omnimorph.simulation.plant import as_state, send
 from omnimorph.simulation.scenario import Scenario, described
+from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 
 __all__ = ["fly", "measurement_noise"]
 
 Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
-_NO_DISTURBANCE = np.zeros(6)
 _UNKNOWN = np.full(6, np.nan)
 
 
@@ -101,13 +92,13 @@ def fly(
         scenario = replace(scenario, reference=reference)
     parts = {"controller": controller, "allocator": allocator, "disturbance": disturbance}
     written = {name: described(part) for name, part in parts.items() if part is not None}
-    loop = _Loop(scenario, seed, flight, written)
-    began = perf_counter()
+    loop = _Loop(scenario, seed=seed, flight=flight)
+    loop.told |= written
     if controller is None and allocator is None and disturbance is None:
-        outcome = loop.fly_in_core(progress)
+        loop.fly_in_core(progress)
     else:
-        outcome = loop.fly_in_python(controller, allocator, disturbance, progress)
-    return loop.as_run(outcome, perf_counter() - began)
+        loop.fly_in_python(controller, allocator, disturbance, progress)
+    return loop.as_run()
 
 
 def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
@@ -118,30 +109,16 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
     return _core.measurement_normals(seed, flight, 0, steps)
 
 
-class _Loop:
-    """One flight under way: the core's flight, the columns it writes, and where it came from."""
+class _Loop(SteppedFlight):
+    """One flight flown to its end, by the core alone or with parts written in Python."""
 
-    def __init__(self, scenario: Scenario, seed: int, flight: int, written: dict[str, Any]) -> None:
-        self.scenario, self.written = scenario, written
-        self.seed = whole_number("fly", "seed", seed, 64)
-        self.flight = whole_number("fly", "flight", flight, 32)
-        self.reported = 0
-        parts = loop_parts(scenario)
-        self.steps, self.control_every = parts.steps, parts.control_every
-        self.settings = parts.controller
-        self.last = Command(parts.thrust, parts.tilt)
-        n, m = scenario.vehicle.n_rotors, scenario.vehicle.n_servos
-        self.columns = empty_columns(self.steps + 1, n, m)
-        self.core = _core.new_flight(
-            **parts._asdict(), seed=self.seed, flight=self.flight, columns=self.columns
-        )
+    reported = 0
 
-    def fly_in_core(self, progress: Progress | None) -> Outcome:
+    def fly_in_core(self, progress: Progress | None) -> None:
         """Let the core fly, stopping now and then to report and to notice an interrupt."""
         while self.core.status == _core.FlightStatus.FLYING:
             self.core.advance(_STEPS_BETWEEN_REPORTS)
             self._report(progress)
-        return OUTCOMES[self.core.status]
 
     def fly_in_python(
         self,
@@ -149,9 +126,9 @@ class _Loop:
         allocator: Allocator | None,
         disturbance: Disturbance | None,
         progress: Progress | None,
-    ) -> Outcome:
+    ) -> None:
         """Fly one control step at a time."""
-        core = self.core
+        core, self.last = self.core, self.start_command
         while core.status == _core.FlightStatus.FLYING:
             if core.step < self.steps:
                 state, desired = core.measure(), core.desired()
@@ -164,22 +141,20 @@ class _Loop:
             self._integrate(disturbance)
             if core.step - self.reported >= _STEPS_BETWEEN_REPORTS:
                 self._report(progress)
-        return OUTCOMES[core.status]
 
     def _integrate(self, disturbance: Disturbance | None) -> None:
         """Fly one control period, or what is left; the last row is recorded without a push."""
         if disturbance is None:
-            self.core.integrate(self.control_every, _NO_DISTURBANCE)
+            self.core.integrate(self.control_every, NO_PUSH)
             return
         for _ in range(min(self.control_every, self.steps - self.core.step)):
-            time = self.core.step * self.scenario.plant.physics_step
-            push = _numbers("the disturbance", disturbance(time, as_state(self.core.motion())))
+            push = _numbers("the disturbance", disturbance(self.time, as_state(self.core.motion())))
             if push.shape != (6,):
                 allowed = "six numbers, force in W and torque in B"
                 raise ScenarioError.at("the disturbance", "shape", push.shape, allowed)
             self.core.integrate(1, push)
         if self.core.step == self.steps:
-            self.core.integrate(1, _NO_DISTURBANCE)
+            self.core.integrate(1, NO_PUSH)
 
     def _ask(
         self,
@@ -191,8 +166,7 @@ class _Loop:
         """Ask the part written in Python; return its command and the wrench it was asked for."""
         state = as_state(state_numbers)
         if controller is not None:
-            time = self.core.step * self.scenario.plant.physics_step
-            return controller(time, state, desired_from_row(desired_numbers)), _UNKNOWN
+            return controller(self.time, state, desired_from_row(desired_numbers)), _UNKNOWN
         assert allocator is not None
         wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
         asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
@@ -202,22 +176,7 @@ class _Loop:
     def _report(self, progress: Progress | None) -> None:
         self.reported = self.core.step
         if progress is not None:
-            step = self.scenario.plant.physics_step
-            progress(self.core.step * step, self.steps * step)
-
-    def as_run(self, outcome: Outcome, wall_time: float) -> Run:
-        """Return the rows flown so far as a run."""
-        truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
-        flown = Flown(
-            self.columns,
-            self.core.step + 1,
-            outcome,
-            self.seed,
-            self.flight,
-            wall_time,
-            truth.drag_coefficient,
-        )
-        return as_run(self.scenario, flown, self.written)
+            progress(self.time, self.duration)
 
 
 def _numbers(what: str, answer: Any) -> FloatArray:

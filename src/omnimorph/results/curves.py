@@ -1,4 +1,4 @@
-"""What a report draws of a run: curves over time, in the units people read."""
+"""What is drawn of a run: curves over time, in the units people read."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ __all__ = [
     "AttitudeError",
     "Phase",
     "attitude_error",
+    "attitude_error_between",
     "drag_energy_J",
     "phases",
     "position_error_mm",
@@ -58,7 +59,12 @@ def attitude_error(run: Run) -> AttitudeError:
 
     tan θ = ‖e_R‖ / ((tr(Rᵀ R_d) − 1) / 2) is exact for every angle, small ones included.
     """
-    E = np.swapaxes(run.R_WB, 1, 2) @ run.desired_R_WB
+    return attitude_error_between(run.R_WB, run.desired_R_WB)
+
+
+def attitude_error_between(R: FloatArray, R_d: FloatArray) -> AttitudeError:
+    """Return the same between attitudes, (K, 3, 3) each."""
+    E = np.swapaxes(R, 1, 2) @ R_d
     e_R = 0.5 * np.stack(
         [E[:, 2, 1] - E[:, 1, 2], E[:, 0, 2] - E[:, 2, 0], E[:, 1, 0] - E[:, 0, 1]]
     )

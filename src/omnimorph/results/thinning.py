@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Band", "band", "thin"]
+__all__ = ["Band", "band", "envelope", "thin"]
 
 
 class Band(NamedTuple):
@@ -65,6 +65,42 @@ def thin(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray
     )
     kept = np.unique(np.minimum(kept, last))
     return time[kept], values[kept]
+
+
+def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
+    """Return several curves thinned to the same times, the extremes of each kept.
+
+    Each column becomes two points: at its beginning the smallest value within it, in its middle the
+    largest. Drawn with lines, that covers what the whole curves would cover.
+
+    Parameters
+    ----------
+    time : (K,) array
+        Evenly spaced.
+    values : (S, K) array
+        The curves.
+    columns : int
+        At least 1.
+
+    Returns
+    -------
+    time : (P,) array
+    values : (S, P) array
+        P is at most twice the columns; the curves themselves if they are no longer.
+
+    Examples
+    --------
+    >>> t, v = envelope(np.arange(6.0), np.array([[0.0, 5.0, 1.0, 2.0, 9.0, 3.0]]), 2)
+    >>> t.tolist(), v.tolist()
+    ([0.0, 1.0, 3.0, 4.0], [[0.0, 5.0, 2.0, 9.0]])
+    """
+    if len(time) <= 2 * columns:
+        return time, values
+    blocks = np.array([_blocks(curve, columns)[0] for curve in values])
+    times, _ = _blocks(time, columns)
+    low_high = np.stack([blocks.min(axis=2), blocks.max(axis=2)], axis=2)
+    at = times[:, [0, times.shape[1] // 2]]
+    return at.ravel(), low_high.reshape(len(values), -1)
 
 
 def band(time: FloatArray, values: FloatArray, columns: int) -> Band:

@@ -1,0 +1,237 @@
+"""Show a flight in 3-D beside its plots, two flights side by side, or a vehicle to explore."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from omnimorph.cli import console
+from omnimorph.cli.arguments import angles_in_degrees, folder
+from omnimorph.cli.page import add_page_arguments, announce, closing
+from omnimorph.errors import InputError
+
+if TYPE_CHECKING:
+    from omnimorph import Run
+
+__all__ = ["SUMMARY", "add_arguments", "answer"]
+
+SUMMARY = "look at a flight or at a vehicle in 3-D, in the browser or as a picture"
+NEEDS = ("omnimorph.results.store", "omnimorph.analysis")
+
+_PICTURE = (1600, 1200)
+_VIDEO = (960, 720)
+_PICTURES_A_SECOND = 20.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this command."""
+    parser.add_argument(
+        "what",
+        nargs="+",
+        metavar="WHAT",
+        help="a run (its .nc file or its folder), two runs side by side, or a vehicle: a name that "
+        "`omnimorph vehicles` lists, or a TOML file",
+    )
+    parser.add_argument(
+        "--tilt",
+        type=angles_in_degrees,
+        metavar="DEG",
+        help="explore the vehicle from this tilt; with commas, one angle for each servo",
+    )
+    parser.add_argument(
+        "--out",
+        type=folder,
+        metavar="DIR",
+        help="where the page may save designs; without it they are only downloaded",
+    )
+    add_page_arguments(parser)
+    parser.add_argument(
+        "--snapshot",
+        type=Path,
+        metavar="FILE",
+        help="write a picture instead of opening a page: .png, .jpg or .webp",
+    )
+    parser.add_argument(
+        "--video",
+        type=Path,
+        metavar="FILE",
+        help="write the flight as a video instead: .gif, .webp, or .mp4 with ffmpeg",
+    )
+    parser.add_argument(
+        "--at",
+        type=_seconds("--at"),
+        metavar="S",
+        help="the moment of the snapshot (default: the middle of the flight)",
+    )
+    parser.add_argument(
+        "--speed",
+        type=_seconds("--speed"),
+        default=1.0,
+        metavar="X",
+        help="how fast the video goes (default: 1, as it was flown)",
+    )
+
+
+def answer(options: argparse.Namespace) -> console.Answer:
+    """Open the page until Ctrl-C, or write the picture."""
+    from omnimorph.viewer.server import viser_module
+
+    viser_module()
+    _check_together(options)
+    if all(_is_run(what) for what in options.what):
+        runs = _named_runs(options.what)
+        if options.snapshot or options.video:
+            return _pictures_of_flight(options, runs)
+        return _flight_page(options, runs)
+    vehicle, tilt = _vehicle(options)
+    if options.snapshot:
+        return _picture_of_design(options, vehicle, tilt)
+    return _explorer_page(options, vehicle, tilt)
+
+
+def _check_together(options: argparse.Namespace) -> None:
+    """Refuse what cannot be shown together, before anything is read."""
+    from omnimorph.viewer.pictures import PICTURE_FORMATS, VIDEO_FORMATS, browser, check_format
+
+    runs = [_is_run(what) for what in options.what]
+    if len(runs) > 2 or (len(runs) == 2 and not all(runs)):
+        shown = " ".join(options.what)
+        allowed = "one run, two runs, or one vehicle"
+        raise InputError.at("the command line", "WHAT", shown, allowed)
+    for option, allowed in (("video", "a run"), ("at", "a run"), ("tilt", "a vehicle")):
+        given = getattr(options, option)
+        if given is not None and all(runs) == (option == "tilt"):
+            raise InputError(
+                f"the command line: --{option} goes with {allowed}, not with {options.what[0]}."
+            )
+    for option, formats in (("snapshot", PICTURE_FORMATS), ("video", VIDEO_FORMATS)):
+        path = getattr(options, option)
+        if path is not None:
+            check_format(f"--{option}", path, formats)
+            browser()
+
+
+def _is_run(what: str) -> bool:
+    path = Path(what)
+    return path.suffix == ".nc" or (path.is_dir() and (path / "run.nc").exists())
+
+
+def _named_runs(names: list[str]) -> list[tuple[str, Run]]:
+    """Load runs; each is called by its scenario, or by its file where both would be the same."""
+    from omnimorph import load_run
+
+    paths = [Path(name) / "run.nc" if Path(name).is_dir() else Path(name) for name in names]
+    runs = [load_run(path) for path in paths]
+    called = [run.provenance.scenario_name or "flight" for run in runs]
+    if len(set(called)) < len(called):
+        called = [f"{name} {k + 1}" for k, name in enumerate(called)]
+    return list(zip(called, runs, strict=True))
+
+
+def _vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
+    from omnimorph import load_vehicle
+    from omnimorph.analysis.scaling import checked_tilt
+
+    vehicle = load_vehicle(options.what[0])
+    return vehicle, None if options.tilt is None else checked_tilt(vehicle, options.tilt)
+
+
+def _flight_page(options: argparse.Namespace, runs: list[tuple[str, Run]]) -> console.Answer:
+    from omnimorph.viewer.flight_page import FlightPage
+    from omnimorph.viewer.server import new_server
+
+    with closing(new_server(options.host, options.port)) as server:
+        page = FlightPage(server, runs)
+        announce(server, options, "Ctrl-C ends it")
+        with suppress(KeyboardInterrupt):
+            page.play()
+    return _closed(options)
+
+
+def _explorer_page(options: argparse.Namespace, vehicle: Any, tilt: Any) -> console.Answer:
+    from threading import Event
+
+    from omnimorph.viewer.explorer_page import ExplorerPage
+    from omnimorph.viewer.server import new_server
+
+    with closing(new_server(options.host, options.port)) as server:
+        ExplorerPage(server, vehicle, tilt, options.out)
+        announce(server, options, "Ctrl-C ends it")
+        with suppress(KeyboardInterrupt):
+            Event().wait()
+    return _closed(options)
+
+
+def _closed(options: argparse.Namespace) -> console.Answer:
+    return console.Answer("The page is closed.", {"shown": options.what})
+
+
+def _pictures_of_flight(options: argparse.Namespace, runs: list[tuple[str, Run]]) -> console.Answer:
+    from omnimorph.viewer.flight_page import FlightScene
+    from omnimorph.viewer.pictures import camera_at, save_picture, save_video
+    from omnimorph.viewer.server import new_server
+
+    with closing(new_server()) as server:
+        scene = FlightScene(server, runs)
+        files: list[Path] = []
+        with camera_at(server, *scene.camera) as take:
+            if options.snapshot:
+                scene.show(0.5 * scene.duration if options.at is None else options.at)
+                take(*_PICTURE)  # what is new in the scene is not all there in the first one
+                save_picture(options.snapshot, take(*_PICTURE))
+                files.append(options.snapshot)
+            if options.video:
+                with console.Progress("drawing") as progress:
+                    pictures = _moments(scene, take, options.speed, progress)
+                    save_video(options.video, pictures, _PICTURES_A_SECOND)
+                files.append(options.video)
+    return _written(files)
+
+
+def _moments(scene: Any, take: Any, speed: float, progress: console.Progress) -> Iterator[Any]:
+    """Yield the pictures of a video."""
+    count = max(math.ceil(scene.duration / speed * _PICTURES_A_SECOND), 1)
+    for k in range(count + 1):
+        scene.show(min(k * speed / _PICTURES_A_SECOND, scene.duration))
+        yield take(*_VIDEO)
+        progress(k + 1, count + 1)
+
+
+def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> console.Answer:
+    from omnimorph.viewer.design import Design, scales_of
+    from omnimorph.viewer.design_scene import DesignScene
+    from omnimorph.viewer.pictures import camera_at, save_picture
+    from omnimorph.viewer.server import new_server
+
+    scales, view = scales_of(vehicle), Design.of(vehicle, tilt).view()
+    with closing(new_server()) as server:
+        scene = DesignScene(server, view, scales)
+        with camera_at(server, *scene.camera) as take:
+            save_picture(options.snapshot, take(*_PICTURE))
+    return _written([options.snapshot])
+
+
+def _written(files: list[Path]) -> console.Answer:
+    names = [str(file) for file in files]
+    return console.Answer(f"Written: {', '.join(names)}.", {"files": names})
+
+
+def _seconds(option: str) -> Any:
+    """Return a function that reads a number that is not negative, and names the option if not."""
+
+    def read(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        smallest = math.ulp(0.0) if option == "--speed" else 0.0
+        if not (math.isfinite(value) and value >= smallest):
+            allowed = "a positive number" if option == "--speed" else "a number of seconds"
+            raise InputError.at("the command line", option, text, allowed)
+        return value
+
+    return read

@@ -1,0 +1,1 @@
+"""A flight that is watched and disturbed while it runs (extra ``view``)."""

@@ -1,0 +1,206 @@
+"""The page of a flight while it runs, with what a demonstration needs."""
+
+from __future__ import annotations
+
+import html
+import time
+from typing import Any
+
+import numpy as np
+
+from omnimorph.errors import InputError
+from omnimorph.live.pilot import PUSH_SECONDS, Pilot
+from omnimorph.protocols import FloatArray
+from omnimorph.results.run import Run
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import list_scenarios, load_scenario
+from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.viewer.charts import Charts, charts_of
+from omnimorph.viewer.flight_page import Rhythm, notices, numbers_of
+from omnimorph.viewer.frames import Flight, Frame, blade_turns, frame_of
+from omnimorph.viewer.stage import Actor, add_ground, camera_for, place_camera
+from omnimorph.viewer.tables import number_table
+from omnimorph.viewer.vehicle_solid import reach_of
+
+__all__ = ["LivePage"]
+
+_PICTURES = 30.0  # a second
+_CHARTS = 1.0  # a second
+_NUMBERS = 10.0  # a second
+_AS_FAST_AS_POSSIBLE = "as fast as possible"
+_PACES = {"real time": 1.0, "half": 0.5, "a tenth": 0.1, _AS_FAST_AS_POSSIBLE: 40.0}
+_DIRECTIONS = {
+    "+x": (1.0, 0.0, 0.0),
+    "−x": (-1.0, 0.0, 0.0),
+    "+y": (0.0, 1.0, 0.0),
+    "−y": (0.0, -1.0, 0.0),
+    "up": (0.0, 0.0, 1.0),
+    "down": (0.0, 0.0, -1.0),
+}
+
+
+class LivePage:
+    """A server's page on which a scenario is flown.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose page it becomes.
+    scenario : Scenario
+        What is flown.
+    seed : int
+        Which noise.
+    """
+
+    def __init__(self, server: Any, scenario: Scenario, seed: int = 0) -> None:
+        self._server, self.scenario = server, scenario
+        self.flight = SteppedFlight(scenario, seed=seed)
+        self.pilot = Pilot(self.flight)
+        self._truth = scenario.plant.true_vehicle(scenario.vehicle)
+        self._turns = np.zeros(scenario.vehicle.n_rotors)
+        self._is_running, self._shown_at = True, 0.0
+        way = np.array([scenario.reference(t).p_WB for t in np.linspace(0, self.flight.duration)])
+        reach = reach_of(scenario.vehicle)
+        ground = min(0.0, float(way[:, 2].min()) - 1.5 * reach)
+        add_ground(server, ground)
+        self._actor = Actor(server, "/flight", scenario.vehicle, np.zeros(3), ground, way)
+        low, high = way.min(axis=0), way.max(axis=0)
+        radius = 0.5 * float(np.linalg.norm(high - low)) + reach
+        place_camera(server, *camera_for(0.5 * (low + high), radius))
+        self._add_controls()
+        panel = server.gui.add_panel()
+        with panel.add_tab("Plots"):
+            self._charts = Charts(server, charts_of([self._as_flight()]))
+        server.gui.main_panel.dock_right()
+        panel.dock_left()
+        panel.set_width(380)
+
+    def fly(self, patience: float = float("inf")) -> Run:
+        """Fly from the moment somebody looks until the flight is over; return the run.
+
+        Parameters
+        ----------
+        patience : float, s
+            How long to wait for a browser before flying unseen.
+        """
+        began = time.monotonic()
+        while not self._server.get_clients() and time.monotonic() - began < patience:
+            time.sleep(0.02)
+        before = time.monotonic()
+        numbers, charts = Rhythm(_NUMBERS), Rhythm(_CHARTS)
+        while not self.flight.is_over:
+            time.sleep(max(before + 1.0 / _PICTURES - time.monotonic(), 0.0))
+            now = time.monotonic()
+            if self._is_running:
+                self.pilot.advance(self.flight.time + self._pace() * min(now - before, 0.2))
+                self._show_scene()
+                if numbers.is_due(now) or self.flight.is_over:
+                    self._show_numbers()
+                if charts.is_due(now) or self.flight.is_over:
+                    self._show_charts()
+            before = now
+        return self.flight.as_run()
+
+    def serve(self) -> None:
+        """Keep the page until the last browser leaves it."""
+        while self._server.get_clients():
+            time.sleep(0.2)
+
+    def _pace(self) -> float:
+        return _PACES[self._pace_choice.value]
+
+    def _add_controls(self) -> None:
+        gui, vehicle = self._server.gui, self.scenario.vehicle
+        gui.set_panel_label(self.scenario.name)
+        self._button = gui.add_button("Pause")
+        self._button.on_click(lambda _: self._pause_or_go_on())
+        self._pace_choice = gui.add_dropdown("pace", tuple(_PACES), initial_value="real time")
+        with gui.add_folder("Disturb it"):
+            weight = round(self.pilot.weight, 1)
+            strength = gui.add_slider("push, N", 0.0, 3.0 * weight, 0.1, weight)
+            pushes = gui.add_button_group(f"for {PUSH_SECONDS:g} s", tuple(_DIRECTIONS))
+            rotors = tuple(f"rotor {i + 1}" for i in range(vehicle.n_rotors))
+            rotor = gui.add_dropdown("rotor", rotors)
+            cut = gui.add_button("Cut its thrust")
+            restore = gui.add_button("Restore all rotors")
+            names = self._controllers()
+            controller = gui.add_dropdown("controller", names, initial_value=names[0])
+        pushes.on_click(
+            lambda event: self.pilot.push(
+                float(strength.value) * np.array(_DIRECTIONS[event.target.value])
+            )
+        )
+        cut.on_click(lambda _: self.pilot.cut(rotors.index(rotor.value)))
+        restore.on_click(lambda _: self.pilot.restore())
+        controller.on_update(lambda _: self._take_controller(controller.value))
+        self._notice = gui.add_html("")
+        self._numbers = gui.add_html("")
+
+    def _controllers(self) -> tuple[str, ...]:
+        """Return the scenarios whose controllers fit the vehicle, this one first."""
+        mine = self.scenario
+        others = []
+        for name in list_scenarios():
+            try:
+                fits = load_scenario(name).vehicle.name == mine.vehicle.name
+            except InputError:
+                continue
+            if fits and name != mine.name:
+                others.append(name)
+        return (mine.name, *others)
+
+    def _take_controller(self, name: str) -> None:
+        mine = self.scenario
+        try:
+            self.pilot.take_controller_of(mine if name == mine.name else load_scenario(name))
+        except InputError as mistake:
+            self._notice.content = f'<div id="notices">{html.escape(str(mistake))}</div>'
+
+    def _pause_or_go_on(self) -> None:
+        self._is_running = not self._is_running
+        self._button.label = "Pause" if self._is_running else "Go on"
+
+    def _frame(self) -> Frame:
+        row = self.flight.row
+        speed = self.flight.columns["speed"][row]
+        power = float(np.abs(speed) ** 3 @ self._truth.drag_coefficient)
+        return frame_of(self.flight.columns, row, self.flight.time, self._turns, power)
+
+    def _as_flight(self) -> Flight:
+        with self.pilot.lock:
+            if self.flight.row == 0:
+                self.flight.step()
+            return Flight(self.flight.as_run(), self.scenario.name)
+
+    def _show_scene(self) -> None:
+        with self.pilot.lock:
+            seconds = self.flight.time - self._shown_at
+            self._shown_at = self.flight.time
+            speed = self.flight.columns["speed"][self.flight.row]
+            # As slow as the eye needs it at whatever pace.
+            turned = blade_turns(self.scenario.vehicle, speed, seconds / max(self._pace(), 1.0))
+            self._turns = self._turns + turned
+            frame = self._frame()
+        with self._server.atomic():
+            self._actor.show(frame)
+
+    def _show_numbers(self) -> None:
+        with self.pilot.lock:
+            frame, flight = self._frame(), self._as_flight()
+        self._numbers.content = number_table(numbers_of([flight], [frame]))
+        self._notice.content = notices([flight], [frame], self.flight.is_over) + self._done_to_it()
+
+    def _done_to_it(self) -> str:
+        lines = []
+        if self.pilot.cut_rotors:
+            names = ", ".join(str(rotor + 1) for rotor in self.pilot.cut_rotors)
+            lines.append(f"without thrust: rotor {names}")
+        pushed: FloatArray = self.pilot.pushed_now
+        if pushed.any():
+            lines.append(f"pushed with {float(np.linalg.norm(pushed)):.1f} N")
+        return f'<div id="done" style="padding:2px 12px">{"<br>".join(lines)}</div>'
+
+    def _show_charts(self) -> None:
+        flight = self._as_flight()
+        self._charts.replace(charts_of([flight]))
+        self._charts.show_time(flight.duration)

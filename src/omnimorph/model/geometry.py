@@ -1,0 +1,38 @@
+"""Where the rotors point, and how large their propellers are drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.allocation import allocation_matrix
+from omnimorph.protocols import FloatArray
+
+__all__ = ["propeller_radius", "thrust_axes"]
+
+
+def propeller_radius(vehicle: Vehicle) -> float:
+    """Return a radius for drawings, m: the largest with which no two discs touch, but for 4 %.
+
+    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. A
+    coaxial pair, both rotors at one place, is drawn as one.
+    """
+    hubs = vehicle.rotor_position
+    apart = np.linalg.norm(hubs[:, None] - hubs[None], axis=2)
+    between = apart[apart > 1e-9]
+    return 0.48 * float(between.min()) if len(between) else 0.1
+
+
+def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
+    """Return the unit thrust axes in B at a tilt, (n, 3): the forces per newton of thrust.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any.
+    tilt : float or (m,) array, rad
+        Of all servos, or of each.
+    """
+    axes: FloatArray = np.ascontiguousarray(allocation_matrix(vehicle, tilt)[:3].T)
+    return axes

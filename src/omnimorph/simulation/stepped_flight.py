@@ -1,0 +1,176 @@
+"""A scenario flown a control step at a time, and recorded like any other flight."""
+
+from __future__ import annotations
+
+import math
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from omnimorph import _core
+from omnimorph.control.controller import core_settings
+from omnimorph.errors import ScenarioError
+from omnimorph.protocols import Command, FloatArray
+from omnimorph.results.run import Outcome, Run
+from omnimorph.simulation.effects import Effectiveness
+from omnimorph.simulation.loop_parts import (
+    OUTCOMES,
+    Flown,
+    as_run,
+    empty_columns,
+    loop_parts,
+    whole_number,
+)
+from omnimorph.simulation.scenario import Scenario
+
+__all__ = ["NO_PUSH", "SteppedFlight"]
+
+NO_PUSH = np.zeros(6)
+
+
+class SteppedFlight:
+    """A flight under way, which can be pushed, damaged and given another controller.
+
+    Left alone it is the flight that `fly` returns, to the last bit.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        What is flown.
+    seed, flight : int
+        Which noise.
+
+    Attributes
+    ----------
+    columns : dict of str to array
+        Of a run, by name, filled up to `row`; rows after that are not yet flown.
+    told : dict
+        What the run's provenance says beside the scenario; what is done to the flight is in it.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> flight = SteppedFlight(om.load_scenario("hover"))
+    >>> flight.step()
+    >>> flight.time, flight.is_over, flight.row
+    (0.004, False, 3)
+    """
+
+    def __init__(self, scenario: Scenario, *, seed: int = 0, flight: int = 0) -> None:
+        self.scenario = scenario
+        self._seed = whole_number("fly", "seed", seed, 64)
+        self._flight = whole_number("fly", "flight", flight, 32)
+        parts = loop_parts(scenario)
+        self.steps, self.control_every = parts.steps, parts.control_every
+        self.settings = parts.controller
+        self.start_command = Command(parts.thrust, parts.tilt)
+        n, m = scenario.vehicle.n_rotors, scenario.vehicle.n_servos
+        self.columns = empty_columns(self.steps + 1, n, m)
+        self.core = _core.new_flight(
+            **parts._asdict(), seed=self._seed, flight=self._flight, columns=self.columns
+        )
+        self.told: dict[str, Any] = {}
+        self._began = perf_counter()
+
+    @property
+    def time(self) -> float:
+        """Time flown, s."""
+        return self.core.step * self.scenario.plant.physics_step
+
+    @property
+    def duration(self) -> float:
+        """Of the whole flight, s."""
+        return self.steps * self.scenario.plant.physics_step
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the flight has ended, one way or another."""
+        return self.core.status != _core.FlightStatus.FLYING
+
+    @property
+    def row(self) -> int:
+        """The last row of `columns` that is flown."""
+        return self.core.step if self.is_over else max(self.core.step - 1, 0)
+
+    @property
+    def outcome(self) -> Outcome:
+        """How it ended; only once it is over."""
+        return OUTCOMES[self.core.status]
+
+    def step(self, push: FloatArray = NO_PUSH) -> None:
+        """Fly one control period with the core's controller.
+
+        Parameters
+        ----------
+        push : (6,) array
+            A wrench from outside, held over the period: force (N, in W), torque (N m, in B).
+        """
+        if self.core.step < self.steps:
+            self.core.control(self.core.measure(), self.core.desired())
+        self.core.integrate(self.control_every, push)
+
+    def change_controller(self, scenario: Scenario) -> None:
+        """Go on with the controller of another scenario, from the last command.
+
+        Raises
+        ------
+        ScenarioError
+            If it is for another vehicle, or for another control period.
+        """
+        mine, other = self.scenario, scenario
+        if other.vehicle.name != mine.vehicle.name:
+            allowed = f"one for {mine.vehicle.name}, which is flying"
+            raise ScenarioError.at(other.name, "vehicle", other.vehicle.name, allowed)
+        settings = core_settings(
+            mine.vehicle,
+            other.gains,
+            other.allocator,
+            mine.plant.control_period,
+            other.lateral_force,
+        )
+        self.core.change_controller(settings)
+        self.tell("controller", scenario=other.name)
+
+    def set_effectiveness(self, share: FloatArray) -> None:
+        """Let each rotor give a share of its thrust from now on: 1 what the plant gives, 0 none.
+
+        Raises
+        ------
+        ScenarioError
+            If they are not one share a rotor, finite and not negative.
+        """
+        shares = np.ascontiguousarray(share, dtype=np.float64)
+        n = self.scenario.vehicle.n_rotors
+        if shares.shape != (n,) or not (np.isfinite(shares) & (shares >= 0.0)).all():
+            allowed = f"{n} shares of the thrust, finite and not negative"
+            raise ScenarioError.at("the flight", "effectiveness", share, allowed)
+        self.core.set_effectiveness(shares * self._shares_of_plant())
+        self.tell("effectiveness", share=shares.tolist())
+
+    def _shares_of_plant(self) -> FloatArray:
+        shares = np.ones(self.scenario.vehicle.n_rotors)
+        for effect in self.scenario.plant.effects:
+            if isinstance(effect, Effectiveness):
+                shares *= effect.share
+        return shares
+
+    def tell(self, kind: str, **what: Any) -> None:
+        """Note in the provenance what was done to the flight, and when."""
+        event = {"kind": kind, "time_s": round(self.time, 9), **what}
+        self.told.setdefault("events", []).append(event)
+
+    def as_run(self) -> Run:
+        """Return the rows flown so far as a run; while it flies its outcome is `COMPLETED`."""
+        truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
+        outcome = self.outcome if self.is_over else Outcome.COMPLETED
+        flown = Flown(
+            self.columns,
+            self.row + 1,
+            outcome,
+            self._seed,
+            self._flight,
+            max(perf_counter() - self._began, math.ulp(1.0)),
+            truth.drag_coefficient,
+        )
+        return as_run(self.scenario, flown, self.told)

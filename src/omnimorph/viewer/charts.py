@@ -1,0 +1,216 @@
+"""The plots beside a flight: errors, tilt, rotor speeds with their limits, power; and now."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from omnimorph.protocols import FloatArray
+from omnimorph.results.thinning import envelope
+from omnimorph.viewer import colours
+from omnimorph.viewer.frames import Flight
+
+__all__ = ["COLUMNS", "Chart", "Charts", "Curve", "charts_of"]
+
+COLUMNS = 180
+"""Each curve is drawn with the least and the largest value in so many pieces of time."""
+
+_HEIGHT = 132
+_SHADES = (
+    colours.BLUE,
+    colours.VERMILLION,
+    colours.GREEN,
+    colours.PURPLE,
+    colours.ORANGE,
+    colours.SKY,
+    colours.INK,
+    colours.GREY,
+)
+_DASHES: tuple[list[int], ...] = ([], [6, 4])
+_LIMIT = {"stroke": colours.css(colours.GREY), "dash": [2, 4], "width": 1}
+_NOW = {"stroke": colours.css(colours.INK), "width": 1.5, "label": "now", "points": {"show": False}}
+
+
+class Curve(NamedTuple):
+    """One line of a chart.
+
+    Attributes
+    ----------
+    label : str
+        Its name in the chart.
+    time, values : (K,) arrays
+        In s, and in the chart's unit.
+    look : dict
+        How uPlot draws it.
+    """
+
+    label: str
+    time: FloatArray
+    values: FloatArray
+    look: dict[str, Any]
+
+
+class Chart(NamedTuple):
+    """One plot over time: its title with the unit, its curves, and the limits drawn across."""
+
+    title: str
+    curves: tuple[Curve, ...]
+    limits: tuple[float, ...] = ()
+
+
+def charts_of(flights: Sequence[Flight]) -> list[Chart]:
+    """Return the plots of one flight, or of two on the same axes (the second one dashed)."""
+    charts = [
+        Chart("position error, mm", _one_each(flights, lambda f: f.position_error_mm)),
+        Chart("attitude error, °", _one_each(flights, lambda f: f.attitude_error_deg)),
+    ]
+    if any(flight.vehicle.n_servos for flight in flights):
+        limits = {limit for flight in flights for limit in _tilt_limits(flight)}
+        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits))))
+    limits = {limit for flight in flights for limit in _speed_limits(flight)}
+    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits))))
+    charts.append(Chart("power against drag, W", _one_each(flights, lambda f: f.run.drag_power)))
+    return charts
+
+
+class Charts:
+    """The plots on the page, in the container that is open, with a line where the time stands.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose page.
+    charts : sequence of Chart
+        From top to bottom.
+    """
+
+    def __init__(self, server: Any, charts: Sequence[Chart]) -> None:
+        self._plots = [_Plot(server, chart) for chart in charts]
+
+    def replace(self, charts: Sequence[Chart]) -> None:
+        """Draw the same charts with more of their curves."""
+        for plot, chart in zip(self._plots, charts, strict=True):
+            plot.take(chart)
+
+    def show_time(self, time: float) -> None:
+        """Move the line of the time shown, s."""
+        for plot in self._plots:
+            plot.show_time(time)
+
+
+class _Plot:
+    """One uPlot; its last curve is a vertical line at the time shown."""
+
+    _span: tuple[float, float]
+
+    def __init__(self, server: Any, chart: Chart) -> None:
+        self._handle: Any = None
+        self.take(chart)
+        series = [
+            {},
+            *({"label": curve.label, **curve.look} for curve in chart.curves),
+            *({"label": f"limit {limit:.4g}", **_LIMIT} for limit in chart.limits),
+            _NOW,
+        ]
+        self._handle = server.gui.add_uplot(
+            data=self._data(0.0),
+            series=tuple(series),
+            title=chart.title,
+            scales={"x": {"time": False}, "y": {"range": self._span}},
+            axes=({"size": 26, "space": 44}, {"size": 48, "space": 26}),
+            legend={"show": False},
+            cursor={"sync": {"key": "omnimorph"}},
+            height=_HEIGHT,
+            padding=(4, 12, 0, 0),
+        )
+
+    def take(self, chart: Chart) -> None:
+        """Take the curves of a chart, and the span of its axis."""
+        self._time, self._values = _on_common_times(chart)
+        finite = self._values[np.isfinite(self._values)]
+        low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+        low, high = min(low, 0.0), high if high > low else low + 1.0
+        span = (low, high + 0.04 * (high - low))
+        if self._handle is not None and span != self._span:
+            self._handle.scales = {"x": {"time": False}, "y": {"range": span}}
+        self._span = span
+
+    def show_time(self, time: float) -> None:
+        self._handle.data = self._data(time)
+
+    def _data(self, time: float) -> tuple[FloatArray, ...]:
+        """Return the curves with two points more, in which only the line of the time is drawn."""
+        at = int(np.searchsorted(self._time, time))
+        here = np.array([np.interp(time, self._time, row) for row in self._values])
+        both = np.repeat(here[:, None], 2, axis=1)
+        values = np.concatenate([self._values[:, :at], both, self._values[:, at:]], axis=1)
+        times = np.concatenate([self._time[:at], [time, time], self._time[at:]])
+        now = np.full(len(times), np.nan)
+        now[at : at + 2] = self._span
+        return (times, *values, now)
+
+
+def _on_common_times(chart: Chart) -> tuple[FloatArray, FloatArray]:
+    """Return the curves and limits of a chart thinned to the times of the longest: (P,), (S, P)."""
+    longest = max(chart.curves, key=lambda curve: len(curve.time)).time
+    rows = np.full((len(chart.curves) + len(chart.limits), len(longest)), np.nan)
+    for row, curve in zip(rows, chart.curves, strict=False):
+        if len(curve.time) == len(longest):
+            row[:] = curve.values
+        else:
+            inside = longest <= curve.time[-1]
+            row[inside] = np.interp(longest[inside], curve.time, curve.values)
+    rows[len(chart.curves) :] = np.array(chart.limits)[:, None]
+    return envelope(longest, rows, COLUMNS)
+
+
+def _one_each(flights: Sequence[Flight], values: Any) -> tuple[Curve, ...]:
+    return tuple(
+        Curve(flight.name, flight.run.time, values(flight), _look(_SHADES[k], k))
+        for k, flight in enumerate(flights)
+    )
+
+
+def _tilts(flights: Sequence[Flight]) -> tuple[Curve, ...]:
+    found = []
+    for k, flight in enumerate(flights):
+        names = flight.vehicle.servo_name
+        for j, angle in enumerate(np.degrees(flight.run.tilt).T):
+            shade = _SHADES[(j + k) % len(_SHADES)]
+            label = f"{flight.name} {names[j]}"
+            found.append(Curve(label, flight.run.time, angle, _look(shade, k)))
+    return tuple(found)
+
+
+def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
+    found = []
+    for k, flight in enumerate(flights):
+        for i, speed in enumerate(flight.run.speed.T / (2.0 * np.pi)):
+            shade = _SHADES[i % len(_SHADES)]
+            label = f"{flight.name} rotor {i + 1}"
+            found.append(Curve(label, flight.run.time, speed, _look(shade, k)))
+    return tuple(found)
+
+
+def _tilt_limits(flight: Flight) -> list[float]:
+    vehicle = flight.vehicle
+    ends = np.degrees(np.concatenate([vehicle.servo_angle_min, vehicle.servo_angle_max]))
+    seen = np.degrees(np.abs(flight.run.tilt)).max(initial=0.0)
+    near = 1.5 * max(float(seen), 10.0)  # a limit far from what is flown would flatten the curve
+    return [float(end) for end in ends if abs(end) <= near]
+
+
+def _speed_limits(flight: Flight) -> list[float]:
+    ends = np.concatenate([flight.vehicle.speed_min, flight.vehicle.speed_max]) / (2.0 * np.pi)
+    return [float(end) for end in np.unique(ends.round(6))]
+
+
+def _look(shade: tuple[int, int, int], flight: int) -> dict[str, Any]:
+    look: dict[str, Any] = {
+        "stroke": colours.css(shade),
+        "width": 1.3,
+        "points": {"show": False},
+    }
+    return look | ({"dash": _DASHES[flight]} if flight else {})

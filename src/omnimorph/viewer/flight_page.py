@@ -1,0 +1,297 @@
+"""The page of one run, or of two side by side: played, scrubbed, and read off."""
+
+from __future__ import annotations
+
+import html
+import threading
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from omnimorph.errors import InputError
+from omnimorph.model.dynamics import GRAVITY
+from omnimorph.protocols import FloatArray
+from omnimorph.results.run import Run
+from omnimorph.viewer.charts import Charts, charts_of
+from omnimorph.viewer.frames import Flight, Frame, Playback
+from omnimorph.viewer.stage import MISSED, Actor, add_ground, camera_for, place_camera
+from omnimorph.viewer.tables import Row, number_table
+from omnimorph.viewer.vehicle_solid import reach_of
+
+__all__ = ["FlightPage", "FlightScene", "Rhythm", "notices", "numbers_of"]
+
+_PICTURES = 30.0  # a second
+_NUMBERS = 8.0
+_CHARTS = 2.5  # each time their curves are sent again
+_SPEEDS = {"0.1 ×": 0.1, "0.25 ×": 0.25, "0.5 ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
+_MOST_ROWS_OF_PATH = 600
+_TRAIL_SECONDS = 3.0
+
+
+class Rhythm:
+    """Tells whether it is time again for what is done so often a second."""
+
+    def __init__(self, per_second: float) -> None:
+        self._period, self._last = 1.0 / per_second, -1e9
+
+    def is_due(self, now: float) -> bool:
+        """Tell whether a period has passed at a time, s, since it was told so last."""
+        due = now - self._last >= self._period
+        self._last = now if due else self._last
+        return due
+
+
+class FlightScene:
+    """One or two runs in the scene of a server.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose scene.
+    runs : sequence of (name, Run)
+        One, or two that are seen side by side at the same time.
+
+    Raises
+    ------
+    InputError
+        If a run holds no moment that can be shown.
+    """
+
+    def __init__(self, server: Any, runs: Sequence[tuple[str, Run]]) -> None:
+        self.flights = [Flight(run, name) for name, run in runs]
+        self.duration = max(flight.duration for flight in self.flights)
+        paths = [_path(flight) for flight in self.flights]
+        low, high = (np.array([f(p, axis=0) for p in paths]) for f in (np.min, np.max))
+        reach = max(reach_of(flight.vehicle) for flight in self.flights)
+        width = float((high - low)[:, 0].max()) + 2.6 * reach
+        ground = min(0.0, float(low[:, 2].min()) - 1.5 * reach)
+        add_ground(server, ground)
+        self.actors = [
+            Actor(
+                server,
+                f"/flight{k}",
+                flight.vehicle,
+                np.array([width * k, 0.0, 0.0]),
+                ground,
+                path,
+                flight.name if len(self.flights) > 1 else "",
+            )
+            for k, (flight, path) in enumerate(zip(self.flights, paths, strict=True))
+        ]
+        corners = np.vstack([actor.beside + end for actor in self.actors for end in (low, high)])
+        lowest, highest = corners.min(axis=0), corners.max(axis=0)
+        self.middle = 0.5 * (lowest + highest)
+        self.reach = 0.5 * float(np.linalg.norm(highest - lowest)) + reach
+        self.camera = camera_for(self.middle, self.reach)
+        place_camera(server, *self.camera)
+        self.show(0.0)
+
+    def show(self, seconds: float) -> list[Frame]:
+        """Show all vehicles at a time, s; return what is shown."""
+        frames = []
+        for flight, actor in zip(self.flights, self.actors, strict=True):
+            row = flight.row_at(seconds)
+            frame = flight.frame(row)
+            actor.show(frame, _trail(flight, row))
+            frames.append(frame)
+        return frames
+
+
+class FlightPage:
+    """A server's page with a flight, its controls, numbers and plots.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose page it becomes.
+    runs : sequence of (name, Run)
+        One or two.
+    """
+
+    def __init__(self, server: Any, runs: Sequence[tuple[str, Run]]) -> None:
+        self._server = server
+        self._lock = threading.RLock()
+        self.scene = FlightScene(server, runs)
+        self.playback = Playback(self.scene.duration)
+        self._followed: FloatArray | None = None
+        self._add_controls()
+        panel = server.gui.add_panel()
+        with panel.add_tab("Plots"):
+            self._charts = Charts(server, charts_of(self.scene.flights))
+        server.gui.main_panel.dock_right()
+        panel.dock_left()
+        panel.set_width(380)
+        self._closed = threading.Event()
+        self._show()
+
+    def play(self) -> None:
+        """Keep the page alive, and play when it is asked to, until `close` or Ctrl-C."""
+        before = time.monotonic()
+        numbers, charts = Rhythm(_NUMBERS), Rhythm(_CHARTS)
+        while not self._closed.wait(1.0 / _PICTURES):
+            now = time.monotonic()
+            with self._lock:
+                if self.playback.is_playing:
+                    self.playback.advance(now - before)
+                    ends = not self.playback.is_playing
+                    self._show(numbers.is_due(now) or ends, charts.is_due(now) or ends)
+            before = now
+
+    def close(self) -> None:
+        """End `play`."""
+        self._closed.set()
+
+    def _add_controls(self) -> None:
+        gui = self._server.gui
+        gui.set_panel_label(" and ".join(flight.name for flight in self.scene.flights))
+        self._button = gui.add_button("Play")
+        self._slider = gui.add_slider(
+            "time, s", 0.0, max(self.scene.duration, 1e-3), self._step(), 0.0
+        )
+        self._speed = gui.add_dropdown("speed", tuple(_SPEEDS), initial_value="1 ×")
+        self._camera = gui.add_dropdown("camera", ("free", "follow"), initial_value="free")
+        with gui.add_folder("Show", expand_by_default=False):
+            self._ghost = gui.add_checkbox("desired pose", True)
+            self._arrows = gui.add_checkbox("thrusts", True)
+            self._trail = gui.add_checkbox("trail", True)
+        self._notice = gui.add_html("")
+        self._numbers = gui.add_html("")
+        self._button.on_click(lambda _: self._play_or_pause())
+        self._slider.on_update(self._scrub)
+        self._speed.on_update(lambda _: self._change_speed())
+        self._camera.on_update(lambda _: self._forget_followed())
+        for box in (self._ghost, self._arrows, self._trail):
+            box.on_update(lambda _: self._change_shown())
+
+    def _step(self) -> float:
+        return min(flight.run.provenance.physics_step for flight in self.scene.flights)
+
+    def _play_or_pause(self) -> None:
+        with self._lock:
+            if self.playback.is_playing:
+                self.playback.pause()
+                self._show()
+            else:
+                self.playback.play()
+
+    def _scrub(self, event: Any) -> None:
+        if event.client is None:  # moved by the playback itself
+            return
+        with self._lock:
+            self.playback.move_to(float(self._slider.value))
+            self._show()
+
+    def _change_speed(self) -> None:
+        with self._lock:
+            self.playback.speed = _SPEEDS[self._speed.value]
+
+    def _forget_followed(self) -> None:
+        with self._lock:
+            self._followed = None
+            self._show(charts=False)
+
+    def _change_shown(self) -> None:
+        with self._lock, self._server.atomic():
+            for actor in self.scene.actors:
+                actor.ghost_shown = self._ghost.value
+                actor.solid.arrows_are_shown = self._arrows.value
+                actor.show_trail(self._trail.value)
+            self.scene.show(self.playback.time)
+
+    def _show(self, numbers: bool = True, charts: bool = True) -> None:
+        with self._server.atomic():
+            frames = self.scene.show(self.playback.time)
+            self._follow(frames)
+        if numbers:
+            self._button.label = "Pause" if self.playback.is_playing else "Play"
+            self._slider.value = self.playback.time
+            self._numbers.content = number_table(numbers_of(self.scene.flights, frames))
+            self._notice.content = notices(self.scene.flights, frames)
+        if charts:
+            self._charts.show_time(self.playback.time)
+
+    def _follow(self, frames: list[Frame]) -> None:
+        """Move every camera as far as the first vehicle has moved, if it is to be followed."""
+        if self._camera.value != "follow":
+            return
+        middle = self.scene.actors[0].middle(frames[0])
+        if self._followed is None:
+            for client in self._server.get_clients().values():
+                client.camera.look_at = middle
+        else:
+            for client in self._server.get_clients().values():
+                client.camera.position = client.camera.position + middle - self._followed
+                client.camera.look_at = middle
+        self._followed = middle
+
+
+def numbers_of(flights: Sequence[Flight], frames: Sequence[Frame]) -> list[Row]:
+    """Return the numbers beside the picture: key, words, unit, and one value for each flight."""
+
+    def row(key: str, words: str, unit: str, value: Any) -> Row:
+        return Row(key, words, unit, [value(*pair) for pair in zip(flights, frames, strict=True)])
+
+    rows = [
+        row("time", "time", "s", lambda _, frame: f"{frame.time:.3f}"),
+        row("position-error", "position error", "mm", lambda _, f: f"{f.position_error_mm:.3f}"),
+        row("attitude-error", "attitude error", "°", lambda _, f: f"{f.attitude_error_deg:.3f}"),
+    ]
+    if any(flight.vehicle.n_servos for flight in flights):
+        rows.append(row("tilt", "tilt", "°", lambda _, f: _angles(f.tilt)))
+    return [
+        *rows,
+        row("fastest-rotor", "fastest rotor", "Hz", lambda _, f: f"{_fastest(f):.2f}"),
+        row("power", "power", "W", lambda _, f: f"{f.power:.1f}"),
+        row("missed-force", "missed force", "N", lambda _, f: f"{_norm(f.missed_W):.3f}"),
+    ]
+
+
+def notices(
+    flights: Sequence[Flight], frames: Sequence[Frame], at_the_end: bool | None = None
+) -> str:
+    """Return what deserves attention now: rotors at their limit, a force that is not made.
+
+    `at_the_end` says whether the flights are over; by default they are in their last row.
+    """
+    lines = []
+    for flight, frame in zip(flights, frames, strict=True):
+        name = f"{html.escape(flight.name)}: " if len(flights) > 1 else ""
+        at_limit = [str(i + 1) for i in np.flatnonzero(frame.active)]
+        if at_limit:
+            lines.append(f"{name}at the limit: rotor {', '.join(at_limit)}")
+        if _norm(frame.missed_W) > MISSED * flight.vehicle.mass * GRAVITY:
+            lines.append(f"{name}force missed: {_norm(frame.missed_W):.2f} N")
+        if frame.time >= flight.duration if at_the_end is None else at_the_end:
+            lines.append(f"{name}{html.escape(flight.run.outcome.value)}")
+    shade = "background:#fdf1e3;border-left:3px solid #d55e00;padding:4px 8px;margin:4px 8px"
+    body = "<br>".join(lines)
+    return f'<div id="notices" style="{shade}">{body}</div>' if lines else '<div id="notices"/>'
+
+
+def _path(flight: Flight) -> FloatArray:
+    """Return the whole way, (K, 3) m, thinned for the screen."""
+    p = flight.run.p_WB[np.isfinite(flight.run.p_WB).all(axis=1)]
+    if not len(p):
+        raise InputError(f"{flight.name}: no moment of the run has a position; nothing to see.")
+    return p[:: max(len(p) // _MOST_ROWS_OF_PATH, 1)]
+
+
+def _trail(flight: Flight, row: int) -> FloatArray:
+    """Return the way of the last seconds, thinned to what the eye can see."""
+    length = round(_TRAIL_SECONDS / flight.run.provenance.physics_step)
+    rows = np.unique(np.linspace(max(row - length, 0), row, 60).astype(np.int64))
+    return flight.run.p_WB[rows]
+
+
+def _angles(tilt: FloatArray) -> str:
+    return ", ".join(f"{angle:.2f}" for angle in np.degrees(tilt)) or "—"
+
+
+def _fastest(frame: Frame) -> float:
+    return float(np.abs(frame.speed).max()) / (2.0 * np.pi)
+
+
+def _norm(vector: FloatArray) -> float:
+    return float(np.linalg.norm(vector))

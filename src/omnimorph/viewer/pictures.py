@@ -1,0 +1,238 @@
+"""Pictures and videos of a page's scene, drawn by a browser without a window."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from omnimorph.errors import InputError
+from omnimorph.protocols import FloatArray
+from omnimorph.results.atomic import replacing
+from omnimorph.viewer.shapes import wxyz_of
+from omnimorph.viewer.stage import FIELD_OF_VIEW
+
+__all__ = [
+    "PICTURE_FORMATS",
+    "VIDEO_FORMATS",
+    "Camera",
+    "browser",
+    "camera_at",
+    "check_format",
+    "save_picture",
+    "save_video",
+]
+
+PICTURE_FORMATS = (".png", ".jpg", ".webp")
+VIDEO_FORMATS = (".gif", ".webp", ".mp4")
+
+_BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+_PATIENCE = 60.0  # s for the browser to open the page, and for one picture
+
+Camera = Callable[[int, int], NDArray[np.uint8]]
+"""Takes a picture of so many pixels across and high: (height, width, 3)."""
+
+
+def browser() -> str:
+    """Return the program that draws the pictures.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    named = os.environ.get("OMNIMORPH_BROWSER")
+    for name in [named] if named else _BROWSERS:
+        found = shutil.which(name)
+        if found:
+            return found
+    if named:
+        allowed = "a Chromium or Chrome that can be started"
+        raise InputError.at("the environment", "OMNIMORPH_BROWSER", named, allowed)
+    raise InputError(
+        "no browser to draw the picture with: install Chromium or Chrome (apt-get install "
+        "chromium), or name one in OMNIMORPH_BROWSER."
+    )
+
+
+def check_format(option: str, path: Path, formats: Sequence[str]) -> None:
+    """Refuse a file whose ending is not among those that can be written.
+
+    Raises
+    ------
+    InputError
+        If it is not, or is a video that takes a program which is not installed.
+    """
+    if path.suffix.lower() not in formats:
+        allowed = f"a file that ends in {', '.join(formats)}"
+        raise InputError.at("the command line", option, str(path), allowed)
+    if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
+        allowed = "a .gif or .webp, or ffmpeg must be installed for .mp4"
+        raise InputError.at("the command line", option, str(path), allowed)
+
+
+@contextmanager
+def camera_at(server: Any, position: FloatArray, look_at: FloatArray) -> Iterator[Camera]:
+    """Open a server's page in a browser without a window; give what takes its pictures.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose scene.
+    position, look_at : (3,) array
+        Where the camera stands, and what is in the middle.
+
+    Raises
+    ------
+    InputError
+        If there is no browser, or it does not open the page.
+    """
+    program = browser()
+    wxyz = _looking(position, look_at)
+    with tempfile.TemporaryDirectory(prefix="omnimorph-", ignore_cleanup_errors=True) as profile:
+        process = subprocess.Popen(
+            [program, *_options(profile), f"http://127.0.0.1:{server.get_port()}"],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            client = _first_client(server, process, program)
+
+            def take(width: int, height: int) -> NDArray[np.uint8]:
+                drawn = client.get_render(
+                    height,
+                    width,
+                    position=position,
+                    wxyz=wxyz,
+                    fov=FIELD_OF_VIEW,
+                    transport_format="png",
+                    timeout=_PATIENCE,
+                )
+                return _on_white(drawn)
+
+            take(64, 48)  # the first one compiles what draws
+            yield take
+        finally:
+            process.terminate()
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(timeout=10.0)
+            process.kill()
+            process.wait()
+
+
+def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:
+    """Write a picture, as a whole or not at all, in the format of its ending."""
+    from PIL import Image
+
+    with replacing(path) as temporary:
+        Image.fromarray(pixels).save(temporary, format=_pillow_format(path))
+
+
+def save_video(path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: float) -> None:
+    """Write a video, as a whole or not at all, in the format of its ending.
+
+    Parameters
+    ----------
+    path : Path
+        One of `VIDEO_FORMATS`; ``.mp4`` by ffmpeg.
+    pictures : iterable of (height, width, 3) arrays
+        In their order, at least one.
+    per_second : float
+        How many are shown in a second.
+
+    Raises
+    ------
+    InputError
+        If ffmpeg cannot write it.
+    """
+    with replacing(path) as temporary:
+        if path.suffix.lower() == ".mp4":
+            _write_with_ffmpeg(temporary, pictures, per_second)
+        else:
+            _write_with_pillow(temporary, _pillow_format(path), pictures, per_second)
+
+
+def _options(profile: str) -> list[str]:
+    options = ["--headless=new", "--no-first-run", "--disable-extensions", "--mute-audio"]
+    options += ["--window-size=2200,1700", f"--user-data-dir={profile}", "--hide-scrollbars"]
+    options += ["--enable-unsafe-swiftshader"]  # where there is no GPU, it draws in software
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        options.append("--no-sandbox")  # Chromium refuses to start for root with it
+    return options
+
+
+def _first_client(server: Any, process: subprocess.Popen[bytes], program: str) -> Any:
+    began = time.monotonic()
+    while time.monotonic() - began < _PATIENCE and process.poll() is None:
+        for client in server.get_clients().values():
+            return client
+        time.sleep(0.02)
+    raise InputError(
+        f"{program} did not open the page; name another browser in OMNIMORPH_BROWSER, or open the "
+        "page yourself and take a screenshot."
+    )
+
+
+def _looking(position: FloatArray, at: FloatArray) -> FloatArray:
+    """Return the attitude of a camera that looks along its z with its y downwards, as wxyz."""
+    ahead = (at - position) / np.linalg.norm(at - position)
+    right = np.cross(ahead, np.array([0.0, 0.0, 1.0]))
+    right /= np.linalg.norm(right)
+    return wxyz_of(np.column_stack([right, np.cross(ahead, right), ahead]))
+
+
+def _on_white(drawn: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a picture with transparent parts as one on white paper."""
+    if drawn.shape[2] == 3:
+        return drawn
+    opaque = drawn[..., 3:].astype(np.float64) / 255.0
+    return np.rint(255.0 + opaque * (drawn[..., :3] - 255.0)).astype(np.uint8)
+
+
+def _pillow_format(path: Path) -> str:
+    return {".jpg": "JPEG"}.get(path.suffix.lower(), path.suffix[1:].upper())
+
+
+def _write_with_pillow(
+    path: Path, kind: str, pictures: Iterable[NDArray[np.uint8]], per_second: float
+) -> None:
+    from PIL import Image
+
+    others = (Image.fromarray(pixels) for pixels in pictures)
+    first = next(others)
+    duration = round(1000.0 / per_second)
+    first.save(path, format=kind, save_all=True, append_images=others, duration=duration, loop=0)
+
+
+def _write_with_ffmpeg(
+    path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: float
+) -> None:
+    encoder: subprocess.Popen[bytes] | None = None
+    for pixels in pictures:
+        if encoder is None:
+            height, width, _ = pixels.shape
+            size = f"{width}x{height}"
+            command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+            command += ["-s", size, "-r", f"{per_second:g}", "-i", "-", "-pix_fmt", "yuv420p"]
+            encoder = subprocess.Popen(
+                [*command, "-f", "mp4", str(path)], stdin=subprocess.PIPE, stderr=subprocess.PIPE
+            )
+        assert encoder.stdin is not None
+        with suppress(BrokenPipeError):
+            encoder.stdin.write(pixels.tobytes())
+    assert encoder is not None
+    _, complaint = encoder.communicate()
+    if encoder.returncode != 0:
+        told = complaint.decode(errors="replace").strip().splitlines()
+        reason = told[-1] if told else "it told no reason"
+        raise InputError(f"ffmpeg could not write the video: {reason}.")

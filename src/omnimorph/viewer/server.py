@@ -1,0 +1,130 @@
+"""The server of a page: on loopback, on the port asked for, silent, and for this machine alone."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import logging
+import socket
+from collections.abc import Iterator
+from typing import Any
+
+from omnimorph.errors import InputError
+
+__all__ = [
+    "LOOPBACK",
+    "Viser",
+    "check_port",
+    "is_loopback",
+    "new_server",
+    "stop",
+    "viser_module",
+]
+
+LOOPBACK = "127.0.0.1"
+
+Viser = Any
+"""A `viser.ViserServer`; viser is only there with the extra ``view``."""
+
+
+def new_server(host: str = LOOPBACK, port: int = 0) -> Viser:
+    """Start the server of a page, empty as yet.
+
+    Parameters
+    ----------
+    host : str
+        Where it listens; only `LOOPBACK` keeps others out.
+    port : int
+        0 for any that is free.
+
+    Raises
+    ------
+    InputError
+        If the port is in use or may not be taken, the host is not this machine's, or viser is not
+        installed.
+    """
+    viser = viser_module()
+    # A browser that leaves in the middle of a word is no news.
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    port = check_port(host, port)
+
+    class Server(viser.ViserServer):  # type: ignore[misc, name-defined]
+        """The same without the tunnel that would show the page to the whole internet."""
+
+        def request_share_url(self, verbose: bool = False) -> None:
+            return None
+
+    with contextlib.redirect_stdout(io.StringIO()):  # what a command prints is its own
+        server = Server(host=host, port=port, verbose=False)
+    if server.get_port() != port:  # somebody else was faster
+        server.stop()
+        raise _in_use(port)
+    server.gui.configure_theme(
+        show_logo=False, show_share_button=False, control_width="large", brand_color=(0, 114, 178)
+    )
+    return server
+
+
+def viser_module() -> Any:
+    """Return the module viser, which is loaded only where a page is wanted.
+
+    Raises
+    ------
+    InputError
+        If it is not installed.
+    """
+    try:
+        import viser
+    except ImportError:
+        raise InputError(
+            "the viewer needs viser, which is not installed: pip install 'omnimorph[view]'."
+        ) from None
+    return viser
+
+
+def is_loopback(host: str) -> bool:
+    """Tell whether a host can be reached from this machine alone."""
+    return host == "localhost" or host.startswith("127.") or host == "::1"
+
+
+def check_port(host: str, port: int) -> int:
+    """Return a port that can be taken: the one asked for, or a free one for 0.
+
+    Raises
+    ------
+    InputError
+        If it is in use or may not be taken, or if the host is not this machine's.
+    """
+    with _probe() as probe:
+        try:
+            probe.bind((host, port))
+        except OSError as error:
+            if error.errno == errno.EADDRINUSE:
+                raise _in_use(port) from None
+            if error.errno in (errno.EACCES, errno.EPERM):
+                allowed = "a port that you may take, from 1024 on"
+                raise InputError.at("the command line", "--port", port, allowed) from None
+            allowed = f"an address of this machine, such as {LOOPBACK}"
+            raise InputError.at("the command line", "--host", host, allowed) from None
+        free: int = probe.getsockname()[1]
+    return free
+
+
+@contextlib.contextmanager
+def _probe() -> Iterator[socket.socket]:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        yield probe
+
+
+def _in_use(port: int) -> InputError:
+    return InputError(
+        f"port {port} is in use; name another with --port, or 0 for any that is free."
+    )
+
+
+def stop(server: Viser) -> None:
+    """Stop a server; what it would print about that is not said."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()

@@ -37,7 +37,7 @@ reproduce: setup  ## reproduce the paper, claim by claim, in reproduction/report
 test: setup  ## the quick tests
 	$(BIN)/python -m pytest $(IN_PARALLEL) -m "not slow"
 
-test-all: setup  ## every test; needs clang, its sanitizers and an emulated aarch64 (.ci/run has the packages)
+test-all: setup  ## every test; needs clang, qemu, chromium and ffmpeg (.ci/run has the packages)
 	$(BIN)/python -m pytest $(IN_PARALLEL)
 
 check: setup  ## format, lint, types, import layers

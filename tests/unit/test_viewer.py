@@ -69,10 +69,10 @@ def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
     calm = flight.frame(500)._replace(active=np.zeros(8), missed_W=np.zeros(3))
     assert "limit" not in notices([flight], [calm])
     assert "missed" not in notices([flight], [calm])
-    busy = calm._replace(active=np.array([0, 0, 1, 0, -1, 0, 0, 0.0]), missed_W=np.ones(3))
+    busy = calm._replace(active=np.array([0, 0, 1, 0, -1, 0, 0, 0.0]), missed_W=2.0 * np.ones(3))
     said = notices([flight], [busy])
     assert "rotor 3, 5" in said
-    assert "force missed: 1.73 N" in said
+    assert "force missed: 3.46 N" in said
 
 
 def test_playback_stops_at_the_end_and_starts_again() -> None:

@@ -15,7 +15,7 @@ from omnimorph.cli.page import add_page_arguments, announce, closing
 from omnimorph.errors import InputError
 
 if TYPE_CHECKING:
-    from omnimorph import Run
+    from omnimorph.viewer.frames import Flight
 
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
@@ -24,7 +24,7 @@ NEEDS = ("omnimorph.results.store", "omnimorph.analysis")
 
 _PICTURE = (1600, 1200)
 _VIDEO = (960, 720)
-_PICTURES_A_SECOND = 20.0
+_PICTURES_A_SECOND = 15.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -83,10 +83,10 @@ def answer(options: argparse.Namespace) -> console.Answer:
     viser_module()
     _check_together(options)
     if all(_is_run(what) for what in options.what):
-        runs = _named_runs(options.what)
+        flights = _flights(options.what)
         if options.snapshot or options.video:
-            return _pictures_of_flight(options, runs)
-        return _flight_page(options, runs)
+            return _pictures_of_flight(options, flights)
+        return _flight_page(options, flights)
     vehicle, tilt = _vehicle(options)
     if options.snapshot:
         return _picture_of_design(options, vehicle, tilt)
@@ -120,16 +120,17 @@ def _is_run(what: str) -> bool:
     return path.suffix == ".nc" or (path.is_dir() and (path / "run.nc").exists())
 
 
-def _named_runs(names: list[str]) -> list[tuple[str, Run]]:
+def _flights(names: list[str]) -> list[Flight]:
     """Load runs; each is called by its scenario, or by its file where both would be the same."""
     from omnimorph import load_run
+    from omnimorph.viewer.frames import Flight
 
     paths = [Path(name) / "run.nc" if Path(name).is_dir() else Path(name) for name in names]
     runs = [load_run(path) for path in paths]
     called = [run.provenance.scenario_name or "flight" for run in runs]
     if len(set(called)) < len(called):
         called = [f"{name} {k + 1}" for k, name in enumerate(called)]
-    return list(zip(called, runs, strict=True))
+    return [Flight(run, name) for name, run in zip(called, runs, strict=True)]
 
 
 def _vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
@@ -140,12 +141,12 @@ def _vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
     return vehicle, None if options.tilt is None else checked_tilt(vehicle, options.tilt)
 
 
-def _flight_page(options: argparse.Namespace, runs: list[tuple[str, Run]]) -> console.Answer:
+def _flight_page(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightPage
     from omnimorph.viewer.server import new_server
 
     with closing(new_server(options.host, options.port)) as server:
-        page = FlightPage(server, runs)
+        page = FlightPage(server, flights)
         announce(server, options, "Ctrl-C ends it")
         with suppress(KeyboardInterrupt):
             page.play()
@@ -170,19 +171,20 @@ def _closed(options: argparse.Namespace) -> console.Answer:
     return console.Answer("The page is closed.", {"shown": options.what})
 
 
-def _pictures_of_flight(options: argparse.Namespace, runs: list[tuple[str, Run]]) -> console.Answer:
+def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightScene
-    from omnimorph.viewer.pictures import camera_at, save_picture, save_video
+    from omnimorph.viewer.pictures import camera_in, save_picture, save_video
     from omnimorph.viewer.server import new_server
 
     with closing(new_server()) as server:
-        scene = FlightScene(server, runs)
+        scene = FlightScene(server, flights)
         files: list[Path] = []
-        with camera_at(server, *scene.camera) as take:
+        with camera_in(server) as take:
             if options.snapshot:
-                scene.show(0.5 * scene.duration if options.at is None else options.at)
-                take(*_PICTURE)  # what is new in the scene is not all there in the first one
-                save_picture(options.snapshot, take(*_PICTURE))
+                frames = scene.show(0.5 * scene.duration if options.at is None else options.at)
+                camera = scene.close_up(frames)
+                take(*_PICTURE, *camera)  # what is new in the scene is not all there in the first
+                save_picture(options.snapshot, take(*_PICTURE, *camera))
                 files.append(options.snapshot)
             if options.video:
                 with console.Progress("drawing") as progress:
@@ -197,21 +199,21 @@ def _moments(scene: Any, take: Any, speed: float, progress: console.Progress) ->
     count = max(math.ceil(scene.duration / speed * _PICTURES_A_SECOND), 1)
     for k in range(count + 1):
         scene.show(min(k * speed / _PICTURES_A_SECOND, scene.duration))
-        yield take(*_VIDEO)
+        yield take(*_VIDEO, *scene.camera)
         progress(k + 1, count + 1)
 
 
 def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> console.Answer:
     from omnimorph.viewer.design import Design, scales_of
     from omnimorph.viewer.design_scene import DesignScene
-    from omnimorph.viewer.pictures import camera_at, save_picture
+    from omnimorph.viewer.pictures import camera_in, save_picture
     from omnimorph.viewer.server import new_server
 
     scales, view = scales_of(vehicle), Design.of(vehicle, tilt).view()
     with closing(new_server()) as server:
         scene = DesignScene(server, view, scales)
-        with camera_at(server, *scene.camera) as take:
-            save_picture(options.snapshot, take(*_PICTURE))
+        with camera_in(server) as take:
+            save_picture(options.snapshot, take(*_PICTURE, *scene.camera))
     return _written([options.snapshot])
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from omnimorph.errors import InputError
 from omnimorph.live.pilot import PUSH_SECONDS, Pilot
-from omnimorph.protocols import FloatArray
 from omnimorph.results.run import Run
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import list_scenarios, load_scenario
@@ -27,6 +26,7 @@ __all__ = ["LivePage"]
 _PICTURES = 30.0  # a second
 _CHARTS = 1.0  # a second
 _NUMBERS = 10.0  # a second
+_EVENTS_SHOWN = 5
 _AS_FAST_AS_POSSIBLE = "as fast as possible"
 _PACES = {"real time": 1.0, "half": 0.5, "a tenth": 0.1, _AS_FAST_AS_POSSIBLE: 40.0}
 _DIRECTIONS = {
@@ -191,16 +191,25 @@ class LivePage:
         self._notice.content = notices([flight], [frame], self.flight.is_over) + self._done_to_it()
 
     def _done_to_it(self) -> str:
-        lines = []
-        if self.pilot.cut_rotors:
-            names = ", ".join(str(rotor + 1) for rotor in self.pilot.cut_rotors)
-            lines.append(f"without thrust: rotor {names}")
-        pushed: FloatArray = self.pilot.pushed_now
-        if pushed.any():
-            lines.append(f"pushed with {float(np.linalg.norm(pushed)):.1f} N")
-        return f'<div id="done" style="padding:2px 12px">{"<br>".join(lines)}</div>'
+        """Return what was done to the flight lately, and when."""
+        lines = [
+            f"{event['time_s']:.2f} s: {_told(event)}"
+            for event in self.flight.told.get("events", [])[-_EVENTS_SHOWN:]
+        ]
+        style = "padding:2px 12px;font-size:0.8rem;color:#555"
+        return f'<div id="done" style="{style}">{"<br>".join(lines)}</div>'
 
     def _show_charts(self) -> None:
         flight = self._as_flight()
         self._charts.replace(charts_of([flight]))
         self._charts.show_time(flight.duration)
+
+
+def _told(event: dict[str, Any]) -> str:
+    """Return in words what was done to a flight."""
+    if event["kind"] == "push":
+        return f"pushed with {float(np.linalg.norm(event['force_N'])):.1f} N"
+    if event["kind"] == "controller":
+        return f"controller of {html.escape(event['scenario'])}"
+    cut = [str(rotor + 1) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]
+    return f"without thrust: rotor {', '.join(cut)}" if cut else "all rotors restored"

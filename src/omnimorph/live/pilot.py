@@ -40,17 +40,6 @@ class Pilot:
         """Of the vehicle, N."""
         return self.flight.scenario.vehicle.mass * GRAVITY
 
-    @property
-    def cut_rotors(self) -> list[int]:
-        """Rotors that give no thrust, counted from 0."""
-        return sorted(self._cut)
-
-    @property
-    def pushed_now(self) -> FloatArray:
-        """The force that pushes now, (3,) N in W."""
-        pushed: FloatArray = self._push[:3] * (self.flight.time < self._push_ends)
-        return pushed
-
     def push(self, force_W: FloatArray) -> None:
         """Push the vehicle at its centre of mass for `PUSH_SECONDS`, (3,) N in W."""
         with self.lock:
@@ -86,5 +75,5 @@ class Pilot:
 
     def _change_effectiveness(self) -> None:
         share = np.ones(self.flight.scenario.vehicle.n_rotors)
-        share[self.cut_rotors] = 0.0
+        share[list(self._cut)] = 0.0
         self.flight.set_effectiveness(share)

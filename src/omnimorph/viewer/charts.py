@@ -18,6 +18,7 @@ COLUMNS = 180
 """Each curve is drawn with the least and the largest value in so many pieces of time."""
 
 _HEIGHT = 132
+_FAR_TILT = 100.0  # degrees; a limit farther than that would flatten the curve
 _SHADES = (
     colours.BLUE,
     colours.VERMILLION,
@@ -197,9 +198,7 @@ def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
 def _tilt_limits(flight: Flight) -> list[float]:
     vehicle = flight.vehicle
     ends = np.degrees(np.concatenate([vehicle.servo_angle_min, vehicle.servo_angle_max]))
-    seen = np.degrees(np.abs(flight.run.tilt)).max(initial=0.0)
-    near = 1.5 * max(float(seen), 10.0)  # a limit far from what is flown would flatten the curve
-    return [float(end) for end in ends if abs(end) <= near]
+    return [float(end) for end in ends.round(6) if abs(end) <= _FAR_TILT]
 
 
 def _speed_limits(flight: Flight) -> list[float]:

@@ -18,8 +18,8 @@ from omnimorph.protocols import FloatArray
 
 __all__ = ["ATTITUDES", "Design", "Scales", "View", "is_cube", "scales_of"]
 
-ATTITUDES = sphere_directions(900)
-"""Attitudes on the sphere of hover power: the vertical seen from the body."""
+ATTITUDES = np.vstack([[(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)], sphere_directions(900)])
+"""Attitudes on the sphere of hover power, level first: the vertical seen from the body."""
 
 _SAMPLED = 7  # tilts at which a vehicle is looked at before its sets are drawn to scale
 

@@ -11,7 +11,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 from omnimorph.viewer import colours
 from omnimorph.viewer.design import ATTITUDES, Scales, View
-from omnimorph.viewer.shapes import ball, disc, polytope_mesh, turned_to, wxyz_of
+from omnimorph.viewer.shapes import ball, polytope_mesh, tile, turned_to, wxyz_of
 from omnimorph.viewer.stage import place_camera
 from omnimorph.viewer.tables import shown_number
 from omnimorph.viewer.vehicle_solid import VehicleSolid, drawn_arrows
@@ -51,7 +51,12 @@ class DesignScene:
         place_camera(server, *self.camera)
         self._captions = [
             self._scene.add_label(
-                f"/caption{k}", "", position=place + _WORDS, anchor="center-center"
+                f"/caption{k}",
+                "",
+                position=place + _WORDS,
+                anchor="center-center",
+                font_size_mode="scene",
+                font_scene_height=0.13,
             )
             for k, place in enumerate((_VEHICLE, _FORCES, _MOMENTS, _HOVER))
         ]
@@ -154,7 +159,7 @@ class DesignScene:
             receive_shadow=False,
         )
         # as large as tiles that lie side by side on a lattice can be
-        mesh = disc(1.72 * _HOVER_RADIUS / np.sqrt(len(ATTITUDES)), 0.01, 10)
+        mesh = tile(1.9 * _HOVER_RADIUS / np.sqrt(len(ATTITUDES)))
         return self._scene.add_batched_meshes_simple(
             "/hover",
             mesh.vertices,

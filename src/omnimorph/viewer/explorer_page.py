@@ -51,10 +51,7 @@ class ExplorerPage:
         self._lock = threading.RLock()
         self._own = vehicle
         self.design = Design.of(vehicle, tilt)
-        scales = scales_of(vehicle)
-        view = self.design.view()
-        self.scene = DesignScene(server, view, scales)
-        gui = server.gui
+        scales, view, gui = scales_of(vehicle), self.design.view(), server.gui
         names = list_vehicles()
         choice = tuple(names if vehicle.name in names else [vehicle.name, *names])
         gui.set_panel_label("Design explorer")
@@ -66,21 +63,23 @@ class ExplorerPage:
         self._save = gui.add_button("Save as TOML", hint=_hint(out))
         self._save.on_click(self._save_design)
         self._saved = gui.add_html("")
-        server.gui.main_panel.dock_right()
+        gui.main_panel.dock_right()
         self._write(view)
+        self.scene = DesignScene(server, view, scales)  # last: what can be read is there before it
 
     def change(self, **sliders: Any) -> View:
         """Show the design with other sliders (see `Design`); return what is shown."""
         with self._lock:
             self.design = self.design.changed(**sliders)
             view = self.design.view()
-            self.scene.show(view)
-            self._write(view)
+            with self._server.atomic():  # all of it in the same picture
+                self._write(view)
+                self.scene.show(view)
             return view
 
     def _add_sliders(self) -> Any:
         gui, base = self._server.gui, self.design.base
-        folder = gui.add_folder("Design")
+        folder = gui.add_folder("Design", order=self._choice.order + 0.5)
         with folder:
             tilts = [self._tilt_slider(j) for j in range(base.n_servos)]
             heavy = self._slider("mass, kg", base.mass)
@@ -106,10 +105,11 @@ class ExplorerPage:
     def _tilt_slider(self, j: int) -> Any:
         base = self.design.base
         low, high, now = (
-            float(np.degrees(angles[j]))
+            round(float(np.degrees(angles[j])), 1)
             for angles in (base.servo_angle_min, base.servo_angle_max, self.design.tilt)
         )
         word = "tilt, °" if base.n_servos == 1 else f"{base.servo_name[j]}, °"
+        now = min(max(now, low), high)
         return self._server.gui.add_slider(word, low, high, 0.1, now)
 
     def _angles(self, sliders: list[Any]) -> FloatArray:

@@ -13,7 +13,6 @@ import numpy as np
 from omnimorph.errors import InputError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
-from omnimorph.results.run import Run
 from omnimorph.viewer.charts import Charts, charts_of
 from omnimorph.viewer.frames import Flight, Frame, Playback
 from omnimorph.viewer.stage import MISSED, Actor, add_ground, camera_for, place_camera
@@ -50,7 +49,7 @@ class FlightScene:
     ----------
     server : viser.ViserServer
         Whose scene.
-    runs : sequence of (name, Run)
+    flights : sequence of Flight
         One, or two that are seen side by side at the same time.
 
     Raises
@@ -59,8 +58,8 @@ class FlightScene:
         If a run holds no moment that can be shown.
     """
 
-    def __init__(self, server: Any, runs: Sequence[tuple[str, Run]]) -> None:
-        self.flights = [Flight(run, name) for name, run in runs]
+    def __init__(self, server: Any, flights: Sequence[Flight]) -> None:
+        self.flights = flights
         self.duration = max(flight.duration for flight in self.flights)
         paths = [_path(flight) for flight in self.flights]
         low, high = (np.array([f(p, axis=0) for p in paths]) for f in (np.min, np.max))
@@ -88,6 +87,14 @@ class FlightScene:
         place_camera(server, *self.camera)
         self.show(0.0)
 
+    def close_up(self, frames: Sequence[Frame]) -> tuple[FloatArray, FloatArray]:
+        """Return a camera that looks at the vehicles as they are, without the whole way."""
+        at = [actor.middle(frame) for actor, frame in zip(self.actors, frames, strict=True)]
+        middle = np.mean(at, axis=0)
+        reach = max(reach_of(flight.vehicle) for flight in self.flights)
+        apart = max(float(np.linalg.norm(place - middle)) for place in at)
+        return camera_for(middle, 1.1 * reach + apart)
+
     def show(self, seconds: float) -> list[Frame]:
         """Show all vehicles at a time, s; return what is shown."""
         frames = []
@@ -106,24 +113,24 @@ class FlightPage:
     ----------
     server : viser.ViserServer
         Whose page it becomes.
-    runs : sequence of (name, Run)
+    flights : sequence of Flight
         One or two.
     """
 
-    def __init__(self, server: Any, runs: Sequence[tuple[str, Run]]) -> None:
-        self._server = server
+    def __init__(self, server: Any, flights: Sequence[Flight]) -> None:
+        self._server, self._flights = server, flights
         self._lock = threading.RLock()
-        self.scene = FlightScene(server, runs)
-        self.playback = Playback(self.scene.duration)
+        self.playback = Playback(max(flight.duration for flight in flights))
         self._followed: FloatArray | None = None
         self._add_controls()
         panel = server.gui.add_panel()
         with panel.add_tab("Plots"):
-            self._charts = Charts(server, charts_of(self.scene.flights))
+            self._charts = Charts(server, charts_of(flights))
         server.gui.main_panel.dock_right()
         panel.dock_left()
         panel.set_width(380)
         self._closed = threading.Event()
+        self.scene = FlightScene(server, flights)  # last: what can be read is there before it
         self._show()
 
     def play(self) -> None:
@@ -145,10 +152,10 @@ class FlightPage:
 
     def _add_controls(self) -> None:
         gui = self._server.gui
-        gui.set_panel_label(" and ".join(flight.name for flight in self.scene.flights))
+        gui.set_panel_label(" and ".join(flight.name for flight in self._flights))
         self._button = gui.add_button("Play")
         self._slider = gui.add_slider(
-            "time, s", 0.0, max(self.scene.duration, 1e-3), self._step(), 0.0
+            "time, s", 0.0, max(self.playback.duration, 1e-3), self._step(), 0.0
         )
         self._speed = gui.add_dropdown("speed", tuple(_SPEEDS), initial_value="1 ×")
         self._camera = gui.add_dropdown("camera", ("free", "follow"), initial_value="free")
@@ -166,7 +173,7 @@ class FlightPage:
             box.on_update(lambda _: self._change_shown())
 
     def _step(self) -> float:
-        return min(flight.run.provenance.physics_step for flight in self.scene.flights)
+        return min(flight.run.provenance.physics_step for flight in self._flights)
 
     def _play_or_pause(self) -> None:
         with self._lock:
@@ -207,8 +214,8 @@ class FlightPage:
         if numbers:
             self._button.label = "Pause" if self.playback.is_playing else "Play"
             self._slider.value = self.playback.time
-            self._numbers.content = number_table(numbers_of(self.scene.flights, frames))
-            self._notice.content = notices(self.scene.flights, frames)
+            self._numbers.content = number_table(numbers_of(self._flights, frames))
+            self._notice.content = notices(self._flights, frames)
         if charts:
             self._charts.show_time(self.playback.time)
 

@@ -26,7 +26,7 @@ __all__ = [
     "VIDEO_FORMATS",
     "Camera",
     "browser",
-    "camera_at",
+    "camera_in",
     "check_format",
     "save_picture",
     "save_video",
@@ -38,8 +38,9 @@ VIDEO_FORMATS = (".gif", ".webp", ".mp4")
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 _PATIENCE = 60.0  # s for the browser to open the page, and for one picture
 
-Camera = Callable[[int, int], NDArray[np.uint8]]
-"""Takes a picture of so many pixels across and high: (height, width, 3)."""
+Camera = Callable[[int, int, FloatArray, FloatArray], NDArray[np.uint8]]
+"""Takes a picture, (height, width, 3), of so many pixels across and high from a (3,) point towards
+another."""
 
 
 def browser() -> str:
@@ -81,15 +82,13 @@ def check_format(option: str, path: Path, formats: Sequence[str]) -> None:
 
 
 @contextmanager
-def camera_at(server: Any, position: FloatArray, look_at: FloatArray) -> Iterator[Camera]:
+def camera_in(server: Any) -> Iterator[Camera]:
     """Open a server's page in a browser without a window; give what takes its pictures.
 
     Parameters
     ----------
     server : viser.ViserServer
         Whose scene.
-    position, look_at : (3,) array
-        Where the camera stands, and what is in the middle.
 
     Raises
     ------
@@ -97,7 +96,6 @@ def camera_at(server: Any, position: FloatArray, look_at: FloatArray) -> Iterato
         If there is no browser, or it does not open the page.
     """
     program = browser()
-    wxyz = _looking(position, look_at)
     with tempfile.TemporaryDirectory(prefix="omnimorph-", ignore_cleanup_errors=True) as profile:
         process = subprocess.Popen(
             [program, *_options(profile), f"http://127.0.0.1:{server.get_port()}"],
@@ -108,19 +106,23 @@ def camera_at(server: Any, position: FloatArray, look_at: FloatArray) -> Iterato
         try:
             client = _first_client(server, process, program)
 
-            def take(width: int, height: int) -> NDArray[np.uint8]:
+            def take(
+                width: int, height: int, position: FloatArray, look_at: FloatArray
+            ) -> NDArray[np.uint8]:
                 drawn = client.get_render(
                     height,
                     width,
                     position=position,
-                    wxyz=wxyz,
+                    wxyz=_looking(position, look_at),
                     fov=FIELD_OF_VIEW,
                     transport_format="png",
                     timeout=_PATIENCE,
                 )
                 return _on_white(drawn)
 
-            take(64, 48)  # the first one compiles what draws
+            take(
+                64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3)
+            )  # the first one compiles what draws
             yield take
         finally:
             process.terminate()
@@ -164,7 +166,8 @@ def save_video(path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: fl
 
 def _options(profile: str) -> list[str]:
     options = ["--headless=new", "--no-first-run", "--disable-extensions", "--mute-audio"]
-    options += ["--window-size=2200,1700", f"--user-data-dir={profile}", "--hide-scrollbars"]
+    # A picture may be larger than the window, and a small window leaves more time for it.
+    options += ["--window-size=400,300", f"--user-data-dir={profile}", "--hide-scrollbars"]
     options += ["--enable-unsafe-swiftshader"]  # where there is no GPU, it draws in software
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         options.append("--no-sandbox")  # Chromium refuses to start for root with it

@@ -20,7 +20,9 @@ __all__ = [
     "disc",
     "frame_of",
     "polytope_mesh",
+    "ring",
     "rod",
+    "tile",
     "turned_to",
     "wxyz_of",
 ]
@@ -67,6 +69,20 @@ def disc(radius: float, height: float, sides: int = 32) -> Mesh:
     """Return a flat cylinder about z, in the middle of its height at zero."""
     up = np.array([0.0, 0.0, 0.5 * height])
     return rod(-up, up, radius, sides)
+
+
+def ring(inner: float, outer: float, height: float, sides: int = 32) -> Mesh:
+    """Return a flat ring about z, in the middle of its height at zero."""
+    low, high = -0.5 * height, 0.5 * height
+    corners = [(inner, low), (outer, low), (outer, high), (inner, high), (inner, low)]
+    return _revolved(np.array(corners), sides, np.eye(3), np.zeros(3))
+
+
+def tile(radius: float, sides: int = 6) -> Mesh:
+    """Return a flat polygon at z = 0 that is seen from above."""
+    turn = np.linspace(0.0, 2.0 * np.pi, sides, endpoint=False)
+    rim = radius * np.column_stack([np.cos(turn), np.sin(turn), np.zeros(sides)])
+    return Mesh(rim, _fan(np.arange(sides)))
 
 
 def blades(radius: float) -> Mesh:

@@ -18,9 +18,10 @@ __all__ = ["FIELD_OF_VIEW", "MISSED", "Actor", "add_ground", "camera_for", "plac
 
 FIELD_OF_VIEW = float(np.radians(50.0))
 """Of the camera, from top to bottom, rad."""
-MISSED = 0.05
+MISSED = 0.2
 """Shown as missed is a force of more than this share of the weight."""
 
+_UPRIGHT = 0.9  # aspect below which a view is upright
 _TRAIL_POINTS = 60
 _LINE = 3.0  # pixels
 
@@ -75,7 +76,13 @@ class Actor:
             self._line(f"{name}/path", path, colours.GREY, 0.5 * _LINE)
         self._label = None
         if label:
-            self._label = self._scene.add_label(f"{name}/label", label, anchor="bottom-center")
+            self._label = self._scene.add_label(
+                f"{name}/label",
+                label,
+                anchor="bottom-center",
+                font_size_mode="scene",
+                font_scene_height=0.3 * self._reach,
+            )
 
     def show(self, frame: Frame, trail: FloatArray | None = None) -> None:
         """Show a moment.
@@ -153,6 +160,17 @@ def place_camera(server: Any, position: FloatArray, look_at: FloatArray) -> None
     camera = server.initial_camera
     camera.position, camera.look_at, camera.fov = position, look_at, FIELD_OF_VIEW
 
+    @server.on_client_connect  # type: ignore[untyped-decorator]
+    def step_back(client: Any) -> None:
+        """On a phone held upright the width counts, and the controls hide the lower half."""
+        aspect = float(client.camera.aspect)
+        if aspect < _UPRIGHT:
+            away = _UPRIGHT / aspect * (position - look_at)
+            height = 2.0 * float(np.linalg.norm(away)) * np.tan(0.5 * FIELD_OF_VIEW)
+            below = look_at - np.array([0.0, 0.0, 0.25 * height])
+            client.camera.position = below + away
+            client.camera.look_at = below
+
 
 def add_ground(server: Any, height: float = 0.0) -> None:
     """Add the ground, z = `height` in m: a grid of half metres."""
@@ -175,5 +193,5 @@ def add_ground(server: Any, height: float = 0.0) -> None:
 def camera_for(middle: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
     """Return from where to look at a ball so that it fills the view, and where to: (3,) m each."""
     towards = np.array([0.4, -1.0, 0.4])
-    away = 0.95 * reach / np.sin(0.5 * FIELD_OF_VIEW)
+    away = 1.2 * reach / np.sin(0.5 * FIELD_OF_VIEW)
     return middle + away * towards / np.linalg.norm(towards), middle

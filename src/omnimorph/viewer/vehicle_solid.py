@@ -12,7 +12,7 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.geometry import propeller_radius, thrust_axes
 from omnimorph.protocols import FloatArray
 from omnimorph.viewer import colours
-from omnimorph.viewer.shapes import blades, disc, frame_of, turned_to, wxyz_of
+from omnimorph.viewer.shapes import blades, disc, frame_of, ring, turned_to, wxyz_of
 
 __all__ = ["Ghost", "VehicleSolid", "reach_of"]
 
@@ -49,7 +49,8 @@ class VehicleSolid:
         )
         n = vehicle.n_rotors
         level = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1))
-        self._rims = self._batch("rims", disc(1.05 * self._radius, 0.05 * self._radius), level)
+        rim = ring(self._radius, 1.07 * self._radius, 0.05 * self._radius)
+        self._rims = self._batch("rims", rim, level)
         self._rims.batched_colors = colours.of_instances(colours.PURPLE, n)
         self._discs = self._batch("discs", disc(self._radius, 0.02 * self._radius), level, 0.7)
         self._blades = self._batch("blades", blades(self._radius), level)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -44,6 +45,18 @@ def test_a_frame_is_the_row_of_the_run(flight: Flight) -> None:
     np.testing.assert_allclose(frame.missed_W, missed)
     assert frame.position_error_mm == pytest.approx(flight.position_error_mm[row])
     assert frame.attitude_error_deg == pytest.approx(flight.attitude_error_deg[row])
+
+
+def test_a_flight_that_diverged_is_shown_until_then(flight: Flight) -> None:
+    broken = flight.run.p_WB.copy()
+    broken[900:] = np.nan
+    diverged = replace(flight.run, p_WB=broken)
+    shown = Flight(diverged, "diverged")
+    assert shown.row_at(1e9) == shown.last_row == 899
+    assert np.isfinite(shown.path).all()
+    assert np.isfinite(shown.frame(shown.last_row).wxyz).all()
+    with pytest.raises(InputError, match="no moment of the run can be shown"):
+        Flight(replace(flight.run, p_WB=np.full_like(broken, np.nan)), "nothing")
 
 
 def test_times_outside_the_flight_are_its_ends(flight: Flight) -> None:

@@ -17,7 +17,7 @@ from omnimorph.simulation.stepped_flight import SteppedFlight
 from omnimorph.viewer.charts import Charts, charts_of
 from omnimorph.viewer.flight_page import Rhythm, notices, numbers_of
 from omnimorph.viewer.frames import Flight, Frame, blade_turns, frame_of
-from omnimorph.viewer.stage import Actor, add_ground, camera_for, place_camera
+from omnimorph.viewer.stage import Actor, set_stage
 from omnimorph.viewer.tables import number_table
 from omnimorph.viewer.vehicle_solid import reach_of
 
@@ -27,8 +27,8 @@ _PICTURES = 30.0  # a second
 _CHARTS = 1.0  # a second
 _NUMBERS = 10.0  # a second
 _EVENTS_SHOWN = 5
-_AS_FAST_AS_POSSIBLE = "as fast as possible"
-_PACES = {"real time": 1.0, "half": 0.5, "a tenth": 0.1, _AS_FAST_AS_POSSIBLE: 40.0}
+_PIECE = 0.02  # s flown before the clock is looked at again
+_PACES = {"real time": 1.0, "half": 0.5, "a tenth": 0.1, "as fast as possible": None}
 _DIRECTIONS = {
     "+x": (1.0, 0.0, 0.0),
     "−x": (-1.0, 0.0, 0.0),
@@ -58,15 +58,11 @@ class LivePage:
         self.pilot = Pilot(self.flight)
         self._truth = scenario.plant.true_vehicle(scenario.vehicle)
         self._turns = np.zeros(scenario.vehicle.n_rotors)
-        self._is_running, self._shown_at = True, 0.0
+        self._is_running = True
+        self.flight.step()  # so that there is something to be seen
         way = np.array([scenario.reference(t).p_WB for t in np.linspace(0, self.flight.duration)])
-        reach = reach_of(scenario.vehicle)
-        ground = min(0.0, float(way[:, 2].min()) - 1.5 * reach)
-        add_ground(server, ground)
+        ground, _ = set_stage(server, [way], reach_of(scenario.vehicle))
         self._actor = Actor(server, "/flight", scenario.vehicle, np.zeros(3), ground, way)
-        low, high = way.min(axis=0), way.max(axis=0)
-        radius = 0.5 * float(np.linalg.norm(high - low)) + reach
-        place_camera(server, *camera_for(0.5 * (low + high), radius))
         self._add_controls()
         panel = server.gui.add_panel()
         with panel.add_tab("Plots"):
@@ -75,16 +71,9 @@ class LivePage:
         panel.dock_left()
         panel.set_width(380)
 
-    def fly(self, patience: float = float("inf")) -> Run:
-        """Fly from the moment somebody looks until the flight is over; return the run.
-
-        Parameters
-        ----------
-        patience : float, s
-            How long to wait for a browser before flying unseen.
-        """
-        began = time.monotonic()
-        while not self._server.get_clients() and time.monotonic() - began < patience:
+    def fly(self) -> Run:
+        """Fly from the moment somebody looks until the flight is over; return the run."""
+        while not self._server.get_clients():
             time.sleep(0.02)
         before = time.monotonic()
         numbers, charts = Rhythm(_NUMBERS), Rhythm(_CHARTS)
@@ -92,22 +81,30 @@ class LivePage:
             time.sleep(max(before + 1.0 / _PICTURES - time.monotonic(), 0.0))
             now = time.monotonic()
             if self._is_running:
-                self.pilot.advance(self.flight.time + self._pace() * min(now - before, 0.2))
-                self._show_scene()
-                if numbers.is_due(now) or self.flight.is_over:
+                self._advance(min(now - before, 0.2))
+                over = self.flight.is_over
+                if numbers.is_due(now) or over:
                     self._show_numbers()
-                if charts.is_due(now) or self.flight.is_over:
+                if charts.is_due(now) or over:
                     self._show_charts()
             before = now
         return self.flight.as_run()
+
+    def _advance(self, seconds: float) -> None:
+        """Fly for what has passed for who looks, or for as much as can be computed meanwhile."""
+        pace, began = _PACES[self._pace_choice.value], self.flight.time
+        if pace is None:
+            ends = time.monotonic() + 1.0 / _PICTURES
+            while time.monotonic() < ends and not self.flight.is_over:
+                self.pilot.advance(self.flight.time + _PIECE)
+        else:
+            self.pilot.advance(began + pace * seconds)
+        self._show_scene(min(seconds, self.flight.time - began))
 
     def serve(self) -> None:
         """Keep the page until the last browser leaves it."""
         while self._server.get_clients():
             time.sleep(0.2)
-
-    def _pace(self) -> float:
-        return _PACES[self._pace_choice.value]
 
     def _add_controls(self) -> None:
         gui, vehicle = self._server.gui, self.scenario.vehicle
@@ -168,18 +165,13 @@ class LivePage:
 
     def _as_flight(self) -> Flight:
         with self.pilot.lock:
-            if self.flight.row == 0:
-                self.flight.step()
             return Flight(self.flight.as_run(), self.scenario.name)
 
-    def _show_scene(self) -> None:
+    def _show_scene(self, seconds: float) -> None:
+        """Show the vehicle, its blades turned on for so many seconds."""
         with self.pilot.lock:
-            seconds = self.flight.time - self._shown_at
-            self._shown_at = self.flight.time
             speed = self.flight.columns["speed"][self.flight.row]
-            # As slow as the eye needs it at whatever pace.
-            turned = blade_turns(self.scenario.vehicle, speed, seconds / max(self._pace(), 1.0))
-            self._turns = self._turns + turned
+            self._turns = self._turns + blade_turns(self.scenario.vehicle, speed, seconds)
             frame = self._frame()
         with self._server.atomic():
             self._actor.show(frame)

@@ -121,6 +121,7 @@ class ExplorerPage:
         """Return a callback that acts on what someone moved, and says why where it cannot."""
 
         def moved(event: Any) -> None:
+            self._saved.content = ""
             try:
                 action()
             except InputError as mistake:

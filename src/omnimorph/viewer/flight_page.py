@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from omnimorph.errors import InputError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 from omnimorph.viewer.charts import Charts, charts_of
 from omnimorph.viewer.frames import Flight, Frame, Playback
-from omnimorph.viewer.stage import MISSED, Actor, add_ground, camera_for, place_camera
+from omnimorph.viewer.stage import MISSED, Actor, camera_for, set_stage
 from omnimorph.viewer.tables import Row, number_table
 from omnimorph.viewer.vehicle_solid import reach_of
 
@@ -25,7 +24,6 @@ _PICTURES = 30.0  # a second
 _NUMBERS = 8.0
 _CHARTS = 2.5  # each time their curves are sent again
 _SPEEDS = {"0.1 ×": 0.1, "0.25 ×": 0.25, "0.5 ×": 0.5, "1 ×": 1.0, "2 ×": 2.0, "5 ×": 5.0}
-_MOST_ROWS_OF_PATH = 600
 _TRAIL_SECONDS = 3.0
 
 
@@ -51,40 +49,29 @@ class FlightScene:
         Whose scene.
     flights : sequence of Flight
         One, or two that are seen side by side at the same time.
-
-    Raises
-    ------
-    InputError
-        If a run holds no moment that can be shown.
     """
 
     def __init__(self, server: Any, flights: Sequence[Flight]) -> None:
         self.flights = flights
-        self.duration = max(flight.duration for flight in self.flights)
-        paths = [_path(flight) for flight in self.flights]
-        low, high = (np.array([f(p, axis=0) for p in paths]) for f in (np.min, np.max))
-        reach = max(reach_of(flight.vehicle) for flight in self.flights)
-        width = float((high - low)[:, 0].max()) + 2.6 * reach
-        ground = min(0.0, float(low[:, 2].min()) - 1.5 * reach)
-        add_ground(server, ground)
+        self.duration = max(flight.duration for flight in flights)
+        paths = [flight.path for flight in flights]
+        reach = max(reach_of(flight.vehicle) for flight in flights)
+        width = max(float(np.ptp(path[:, 0])) for path in paths) + 2.6 * reach
+        besides = [np.array([width * k, 0.0, 0.0]) for k in range(len(flights))]
+        ways = [path + beside for path, beside in zip(paths, besides, strict=True)]
+        ground, self.camera = set_stage(server, ways, reach)
         self.actors = [
             Actor(
                 server,
                 f"/flight{k}",
                 flight.vehicle,
-                np.array([width * k, 0.0, 0.0]),
+                besides[k],
                 ground,
-                path,
-                flight.name if len(self.flights) > 1 else "",
+                paths[k],
+                flight.name if len(flights) > 1 else "",
             )
-            for k, (flight, path) in enumerate(zip(self.flights, paths, strict=True))
+            for k, flight in enumerate(flights)
         ]
-        corners = np.vstack([actor.beside + end for actor in self.actors for end in (low, high)])
-        lowest, highest = corners.min(axis=0), corners.max(axis=0)
-        self.middle = 0.5 * (lowest + highest)
-        self.reach = 0.5 * float(np.linalg.norm(highest - lowest)) + reach
-        self.camera = camera_for(self.middle, self.reach)
-        place_camera(server, *self.camera)
         self.show(0.0)
 
     def close_up(self, frames: Sequence[Frame]) -> tuple[FloatArray, FloatArray]:
@@ -273,16 +260,8 @@ def notices(
         if frame.time >= flight.duration if at_the_end is None else at_the_end:
             lines.append(f"{name}{html.escape(flight.run.outcome.value)}")
     shade = "background:#fdf1e3;border-left:3px solid #d55e00;padding:4px 8px;margin:4px 8px"
-    body = "<br>".join(lines)
-    return f'<div id="notices" style="{shade}">{body}</div>' if lines else '<div id="notices"/>'
-
-
-def _path(flight: Flight) -> FloatArray:
-    """Return the whole way, (K, 3) m, thinned for the screen."""
-    p = flight.run.p_WB[np.isfinite(flight.run.p_WB).all(axis=1)]
-    if not len(p):
-        raise InputError(f"{flight.name}: no moment of the run has a position; nothing to see.")
-    return p[:: max(len(p) // _MOST_ROWS_OF_PATH, 1)]
+    style = f' style="{shade}"' if lines else ""
+    return f'<div id="notices"{style}>{"<br>".join(lines)}</div>'
 
 
 def _trail(flight: Flight, row: int) -> FloatArray:

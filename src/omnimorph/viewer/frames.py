@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.errors import RunFileError
 from omnimorph.protocols import FloatArray
 from omnimorph.results.curves import attitude_error, attitude_error_between, position_error_mm
 from omnimorph.results.run import Run
@@ -16,9 +17,9 @@ from omnimorph.viewer.shapes import wxyz_of
 
 __all__ = ["Flight", "Frame", "Playback", "blade_turns", "frame_of"]
 
-_TURNS_SHOWN = (
-    1.0  # turns a second of the fastest rotor: what an eye, and 30 pictures/s, can follow
-)
+_MOST_ROWS_OF_PATH = 600
+# A second, of the fastest rotor: what an eye, and 30 pictures a second, can follow.
+_TURNS_SHOWN = 1.0
 
 
 class Frame(NamedTuple):
@@ -72,12 +73,38 @@ class Flight:
         The flight.
     name : str
         What the page calls it.
+
+    Attributes
+    ----------
+    vehicle : Vehicle
+        What flew.
+    last_row : int
+        The last row that can be seen: a flight that diverged ends in numbers that are not finite.
+    duration : float, s
+        Until that row.
+
+    Raises
+    ------
+    RunFileError
+        If not even the first row can be seen.
     """
 
     def __init__(self, run: Run, name: str) -> None:
         self.run, self.name = run, name
         self.vehicle = run.vehicle
-        self.duration = float(run.time[-1])
+        self.last_row = len(run.time) - 1
+        seen = (run.p_WB, run.R_WB, run.speed, run.tilt)
+        if not all(np.isfinite(column).all() for column in seen):
+            rows = [np.isfinite(column.reshape(len(run.time), -1)).all(axis=1) for column in seen]
+            self.last_row = int(np.all(rows, axis=0).argmin()) - 1
+        if self.last_row < 0:
+            raise RunFileError(f"{name}: no moment of the run can be shown: it is not finite.")
+        self.duration = float(run.time[self.last_row])
+
+    @property
+    def path(self) -> FloatArray:
+        """The whole way, thinned for the screen: (K, 3) m."""
+        return self.run.p_WB[: self.last_row + 1 : max(self.last_row // _MOST_ROWS_OF_PATH, 1)]
 
     @cached_property
     def position_error_mm(self) -> FloatArray:
@@ -91,8 +118,8 @@ class Flight:
 
     def row_at(self, time: float) -> int:
         """Return the row of the run that is nearest to a time, s."""
-        last = len(self.run.time) - 1
-        return min(max(round(time / self.run.provenance.physics_step), 0), last)
+        row = round(time / self.run.provenance.physics_step)
+        return min(max(row, 0), self.last_row)
 
     def frame(self, row: int) -> Frame:
         """Return what is seen in a row of the run."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,14 @@ from omnimorph.viewer.frames import Frame
 from omnimorph.viewer.shapes import disc
 from omnimorph.viewer.vehicle_solid import Ghost, VehicleSolid, drawn_arrows, reach_of
 
-__all__ = ["FIELD_OF_VIEW", "MISSED", "Actor", "add_ground", "camera_for", "place_camera"]
+__all__ = [
+    "FIELD_OF_VIEW",
+    "MISSED",
+    "Actor",
+    "camera_for",
+    "place_camera",
+    "set_stage",
+]
 
 FIELD_OF_VIEW = float(np.radians(50.0))
 """Of the camera, from top to bottom, rad."""
@@ -155,6 +163,36 @@ def vehicle_tilt_at_rest(vehicle: Vehicle) -> FloatArray:
     return at_rest
 
 
+def set_stage(
+    server: Any, ways: Sequence[FloatArray], reach: float
+) -> tuple[float, tuple[FloatArray, FloatArray]]:
+    """Add the ground below some flights, and place the camera so that all of them are seen.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose scene.
+    ways : sequence of (K, 3) arrays, m
+        Where the vehicles come, in the scene.
+    reach : float, m
+        Of the largest vehicle, see `reach_of`.
+
+    Returns
+    -------
+    ground : float, m
+        Its height: zero, or lower if a flight goes deeper.
+    camera : two (3,) arrays, m
+        Where it stands, and where it looks.
+    """
+    low = np.min([way.min(axis=0) for way in ways], axis=0)
+    high = np.max([way.max(axis=0) for way in ways], axis=0)
+    ground = min(0.0, float(low[2]) - 1.5 * reach)
+    _add_ground(server, ground)
+    camera = camera_for(0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)) + reach)
+    place_camera(server, *camera)
+    return ground, camera
+
+
 def place_camera(server: Any, position: FloatArray, look_at: FloatArray) -> None:
     """Let everyone who opens the page look from there at first."""
     camera = server.initial_camera
@@ -172,7 +210,7 @@ def place_camera(server: Any, position: FloatArray, look_at: FloatArray) -> None
             client.camera.look_at = below
 
 
-def add_ground(server: Any, height: float = 0.0) -> None:
+def _add_ground(server: Any, height: float = 0.0) -> None:
     """Add the ground, z = `height` in m: a grid of half metres."""
     server.scene.set_up_direction("+z")
     server.scene.configure_default_lights(cast_shadow=False)  # a third of the time of a picture

@@ -13,6 +13,7 @@ __all__ = [
     "angles_in_degrees",
     "folder",
     "milliseconds",
+    "port_number",
     "one_of_the_list",
     "positive_number",
     "seed_number",
@@ -109,11 +110,27 @@ def seed_number(text: str) -> int:
     return _whole_number("--seed", text, 0, f"an integer from 0 to {_LARGEST}")
 
 
-def _whole_number(option: str, text: str, least: int, allowed: str) -> int:
+def port_number(text: str) -> int:
+    """Read a port; 0 stands for any that is free.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> port_number("8080")
+    8080
+    """
+    return _whole_number("--port", text, 0, "a number from 0 to 65535", most=65535)
+
+
+def _whole_number(option: str, text: str, least: int, allowed: str, most: int = _LARGEST) -> int:
     try:
         number = int(text)
     except ValueError:
         number = -1
-    if not least <= number <= _LARGEST:
+    if not least <= number <= most:
         raise InputError.at("the command line", option, text, allowed)
     return number

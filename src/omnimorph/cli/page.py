@@ -5,17 +5,16 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import webbrowser
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from omnimorph.cli import console
-from omnimorph.errors import InputError
+from omnimorph.cli.arguments import port_number
 
-__all__ = ["add_page_arguments", "announce", "closing", "port_number"]
+__all__ = ["add_page_arguments", "announce", "closing"]
 
-DEFAULT_PORT = 8080
+_DEFAULT_PORT = 8080
 
 
 def add_page_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,39 +28,19 @@ def add_page_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--port",
         type=port_number,
-        default=DEFAULT_PORT,
+        default=_DEFAULT_PORT,
         metavar="P",
-        help=f"listen on this port, 0 for any that is free (default: {DEFAULT_PORT})",
+        help=f"listen on this port, 0 for any that is free (default: {_DEFAULT_PORT})",
     )
     parser.add_argument(
         "--no-browser", action="store_true", help="say where the page is, and do not open it"
     )
 
 
-def port_number(text: str) -> int:
-    """Read a port: 0 to 65535.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-
-    Examples
-    --------
-    >>> port_number("8080")
-    8080
-    """
-    try:
-        port = int(text)
-    except ValueError:
-        port = -1
-    if not 0 <= port < 65536:
-        raise InputError.at("the command line", "--port", text, "a number from 0 to 65535")
-    return port
-
-
 def announce(server: Any, options: argparse.Namespace, ends: str) -> None:
     """Say where the page is and how it ends, warn if others can reach it, open the browser."""
+    import webbrowser
+
     from omnimorph.viewer.server import is_loopback
 
     port = server.get_port()

@@ -7,7 +7,8 @@ import time
 from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
-from tests.browser.conftest import opened, served
+from tests.browser.conftest import opened
+from tests.serving import served
 
 import omnimorph as om
 from omnimorph.viewer.pictures import browser as chromium

@@ -7,9 +7,13 @@ import re
 import shlex
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import pytest
+from tests.serving import served
+
+import omnimorph as om
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -25,6 +29,10 @@ def commands(program: str) -> list[list[str]]:
     """The lines of the README's shell blocks that begin with a program, without their comments."""
     lines = [line for block in blocks("") for line in block.splitlines()]
     return [shlex.split(line, comments=True) for line in lines if line.startswith(f"{program} ")]
+
+
+def opens_a_page(command: list[str]) -> bool:
+    return command[1] == "view" or "--view" in command
 
 
 def test_python_example_runs(tmp_path: Path) -> None:
@@ -51,7 +59,7 @@ def test_make_verbs_exist() -> None:
 
 @pytest.mark.parametrize(
     "command",
-    [c for c in commands("omnimorph") if c[1] not in ("bench", "verify")],
+    [c for c in commands("omnimorph") if c[1] not in ("bench", "verify") and not opens_a_page(c)],
     ids=lambda command: " ".join(command),
 )
 def test_quick_shell_command_runs(command: list[str], tmp_path: Path) -> None:
@@ -60,6 +68,21 @@ def test_quick_shell_command_runs(command: list[str], tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout
+
+
+@pytest.mark.parametrize(
+    "command", [c for c in commands("omnimorph") if opens_a_page(c)], ids=" ".join
+)
+def test_page_of_a_shell_command_is_served(command: list[str], tmp_path: Path) -> None:
+    (tmp_path / "flight").mkdir()
+    om.fly(om.load_scenario("hover")).save(tmp_path / "flight" / "run.nc")
+    with served(*command[1:], folder=tmp_path) as page:
+        with urllib.request.urlopen(page.url, timeout=30) as answer:
+            assert b"<html" in answer.read(2000).lower()
+        code, _, complaints = page.stopped()
+    flies = command[1] == "fly"  # nobody has looked, so nothing has flown
+    assert code == (130 if flies else 0)
+    assert "Traceback" not in complaints
 
 
 @pytest.mark.slow

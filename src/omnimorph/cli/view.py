@@ -40,7 +40,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--tilt",
         type=angles_in_degrees,
         metavar="DEG",
-        help="explore the vehicle from this tilt; with commas, one angle for each servo",
+        help="explore the vehicle from this tilt; with commas, one angle for each servo "
+        "(default: where its radius at zero moment is largest, if it has one servo)",
     )
     parser.add_argument(
         "--out",

@@ -9,6 +9,7 @@ import numpy as np
 
 from omnimorph.analysis.actuation import Actuation, actuation
 from omnimorph.analysis.hover import HoverPoint, hover, hover_power, sphere_directions
+from omnimorph.analysis.omnidirectional import tilt_of_largest_radius
 from omnimorph.analysis.polytope import Ball, Polytope
 from omnimorph.analysis.wrench_set import force_set, moment_set
 from omnimorph.design.vehicle import Vehicle
@@ -53,7 +54,13 @@ class Design:
 
     @classmethod
     def of(cls, base: Vehicle, tilt: FloatArray | None = None) -> Design:
-        """Return a vehicle as its file has it, at the tilt given or the one nearest to zero."""
+        """Return a vehicle as its file has it, at a tilt.
+
+        By default where the largest ball of forces without a moment is largest, as `analyze` has
+        it, if all rotors share one servo; else at the tilt nearest to zero.
+        """
+        if tilt is None and base.n_servos == 1:
+            tilt = np.array([tilt_of_largest_radius(base)])
         if tilt is None:
             tilt = np.clip(0.0, base.servo_angle_min, base.servo_angle_max)
         return cls(base, tilt, base.mass)

@@ -35,7 +35,7 @@ class ExplorerPage:
     vehicle : Vehicle
         What is explored at first; the catalogue is there to choose from.
     tilt : (m,) array, rad, optional
-        At first; the tilt nearest to zero by default.
+        At first; see `Design.of` for the default.
     out : Path, optional
         The only folder into which designs are saved; without it they are only downloaded.
     """

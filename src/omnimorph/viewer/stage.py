@@ -100,7 +100,7 @@ class Actor:
         frame : Frame
             Of this vehicle.
         trail : (K, 3) array, m, optional
-            The way it came; by default the poses shown before, unless time went back.
+            The way it came; by default the poses shown before.
         """
         thrust = self.vehicle.thrust_coefficient * frame.speed * np.abs(frame.speed)
         self.solid.place(frame.p_WB, frame.wxyz)

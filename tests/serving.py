@@ -14,6 +14,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+# A shell may have told its background jobs to ignore Ctrl-C.
+_OMNIMORPH = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from omnimorph.cli.main import main
+sys.exit(main())
+"""
+
 
 class Served(NamedTuple):
     """A command that serves a page: where, since when, and its process."""
@@ -33,15 +41,13 @@ class Served(NamedTuple):
 def served(*words: str, folder: Path) -> Iterator[Served]:
     """Run `omnimorph` with some words until its page is there."""
     began = time.monotonic()
-    command = [sys.executable, "-m", "omnimorph", *words, "--port", "0", "--no-browser"]
+    command = [sys.executable, "-c", _OMNIMORPH, *words, "--port", "0", "--no-browser"]
     process = subprocess.Popen(
         command,
         cwd=folder,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # a shell may have told its background jobs to ignore Ctrl-C
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     try:
         yield Served(_address(process), time.monotonic() - began, process)

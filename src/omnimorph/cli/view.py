@@ -148,8 +148,8 @@ def _flight_page(options: argparse.Namespace, flights: list[Flight]) -> console.
 
     with closing(new_server(options.host, options.port)) as server:
         page = FlightPage(server, flights)
-        announce(server, options, "Ctrl-C ends it")
         with suppress(KeyboardInterrupt):
+            announce(server, options, "Ctrl-C ends it")
             page.play()
     return _closed(options)
 
@@ -162,8 +162,8 @@ def _explorer_page(options: argparse.Namespace, vehicle: Any, tilt: Any) -> cons
 
     with closing(new_server(options.host, options.port)) as server:
         ExplorerPage(server, vehicle, tilt, options.out)
-        announce(server, options, "Ctrl-C ends it")
         with suppress(KeyboardInterrupt):
+            announce(server, options, "Ctrl-C ends it")
             Event().wait()
     return _closed(options)
 

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from omnimorph.simulation.scenario import Scenario
     from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
     from omnimorph.simulation.speed_profile import SpeedProfile, speed_steps
+    from omnimorph.simulation.stepped_flight import SteppedFlight
     from omnimorph.simulation.thrust_stand import SixAxisSensor, ThrustStand
     from omnimorph.simulation.variation import Normal, Uniform
 
@@ -67,6 +68,7 @@ _HOME = {
     "SixAxisSensor": "simulation.thrust_stand",
     "SpeedProfile": "simulation.speed_profile",
     "StabilityMargins": "control.margins",
+    "SteppedFlight": "simulation.stepped_flight",
     "State": "protocols",
     "ThreeCandidates": "control.allocators",
     "ThrustStand": "simulation.thrust_stand",
@@ -115,6 +117,7 @@ __all__ = [
     "SpeedProfile",
     "StabilityMargins",
     "State",
+    "SteppedFlight",
     "ThreeCandidates",
     "ThrustStand",
     "TrackingGains",

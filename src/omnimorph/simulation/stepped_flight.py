@@ -51,7 +51,7 @@ class SteppedFlight:
     Examples
     --------
     >>> import omnimorph as om
-    >>> flight = SteppedFlight(om.load_scenario("hover"))
+    >>> flight = om.SteppedFlight(om.load_scenario("hover"))
     >>> flight.step()
     >>> flight.time, flight.is_over, flight.row
     (0.004, False, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -54,26 +55,44 @@ class Curve(NamedTuple):
 
 
 class Chart(NamedTuple):
-    """One plot over time: its title with the unit, its curves, and the limits drawn across."""
+    """One plot over time.
+
+    Attributes
+    ----------
+    title : str
+        With the unit.
+    curves : tuple of Curve
+        At least one.
+    limits : tuple of float
+        Drawn across, in the unit.
+    key : tuple of (word, colour)
+        What its colours stand for, where that does not go without saying.
+    """
 
     title: str
     curves: tuple[Curve, ...]
     limits: tuple[float, ...] = ()
+    key: tuple[tuple[str, colours.Colour], ...] = ()
 
 
 def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     """Return the plots of one flight, or of two on the same axes (the second one dashed)."""
+    names = [flight.name for flight in flights] if len(flights) > 1 else []
+    whose = _key(names)
     charts = [
-        Chart("position error, mm", _one_each(flights, lambda f: f.position_error_mm)),
-        Chart("attitude error, °", _one_each(flights, lambda f: f.attitude_error_deg)),
+        Chart("position error, mm", _one_each(flights, lambda f: f.position_error_mm), (), whose),
+        Chart("attitude error, °", _one_each(flights, lambda f: f.attitude_error_deg), (), whose),
     ]
-    if any(flight.vehicle.n_servos for flight in flights):
+    servos = max((flight.vehicle.servo_name for flight in flights), key=len)
+    if servos:
         limits = {limit for flight in flights for limit in _tilt_limits(flight)}
-        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits))))
+        key = _key(servos) if len(servos) > 1 else whose
+        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits)), key))
     limits = {limit for flight in flights for limit in _speed_limits(flight)}
-    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits))))
-    charts.append(Chart("power against drag, W", _one_each(flights, lambda f: f.run.drag_power)))
-    return charts
+    rotors = _key([str(i + 1) for i in range(max(f.vehicle.n_rotors for f in flights))])
+    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), rotors))
+    power = _one_each(flights, lambda f: f.run.drag_power)
+    return [*charts, Chart("power against drag, W", power, (), whose)]
 
 
 class Charts:
@@ -126,6 +145,8 @@ class _Plot:
             height=_HEIGHT,
             padding=(4, 12, 0, 0),
         )
+        if chart.key:
+            server.gui.add_html(_key_text(chart.key))
 
     def take(self, chart: Chart) -> None:
         """Take the curves of a chart, and the span of its axis."""
@@ -195,6 +216,20 @@ def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
     return tuple(found)
 
 
+def _key(words: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
+    """Return words with the colours of the curves in their order."""
+    return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(words))
+
+
+def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
+    words = "".join(
+        f'<span style="color:{colours.css(shade)};margin:0 5px">{html.escape(word)}</span>'
+        for word, shade in key
+    )
+    style = "font-size:0.7rem;font-weight:600;text-align:center;line-height:1.2"
+    return f'<div style="{style}">{words}</div>'
+
+
 def _tilt_limits(flight: Flight) -> list[float]:
     vehicle = flight.vehicle
     ends = np.degrees(np.concatenate([vehicle.servo_angle_min, vehicle.servo_angle_max]))
@@ -206,7 +241,7 @@ def _speed_limits(flight: Flight) -> list[float]:
     return [float(end) for end in np.unique(ends.round(6))]
 
 
-def _look(shade: tuple[int, int, int], flight: int) -> dict[str, Any]:
+def _look(shade: colours.Colour, flight: int) -> dict[str, Any]:
     look: dict[str, Any] = {
         "stroke": colours.css(shade),
         "width": 1.3,

@@ -14,6 +14,7 @@ __all__ = [
     "PURPLE",
     "SKY",
     "VERMILLION",
+    "Colour",
     "css",
     "of_instances",
     "of_power",

@@ -201,7 +201,8 @@ class FlightPage:
         if numbers:
             self._button.label = "Pause" if self.playback.is_playing else "Play"
             self._slider.value = self.playback.time
-            self._numbers.content = number_table(numbers_of(self._flights, frames))
+            names = [flight.name for flight in self._flights]
+            self._numbers.content = number_table(numbers_of(self._flights, frames), names)
             self._notice.content = notices(self._flights, frames)
         if charts:
             self._charts.show_time(self.playback.time)

@@ -89,7 +89,7 @@ class Actor:
                 label,
                 anchor="bottom-center",
                 font_size_mode="scene",
-                font_scene_height=0.3 * self._reach,
+                font_scene_height=0.2 * self._reach,
             )
 
     def show(self, frame: Frame, trail: FloatArray | None = None) -> None:
@@ -188,7 +188,8 @@ def set_stage(
     high = np.max([way.max(axis=0) for way in ways], axis=0)
     ground = min(0.0, float(low[2]) - 1.5 * reach)
     _add_ground(server, ground)
-    camera = camera_for(0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low)) + reach)
+    across = 0.5 * float(np.linalg.norm(high - low)) + reach
+    camera = camera_for(0.5 * (low + high), across if len(ways) == 1 else 1.2 * across)
     place_camera(server, *camera)
     return ground, camera
 

@@ -35,9 +35,12 @@ _TABLE = "width:100%;border-collapse:collapse;font-size:0.8125rem;line-height:1.
 _NUMBER = "text-align:right;font-variant-numeric:tabular-nums;padding:1px 4px"
 
 
-def number_table(rows: Sequence[Row]) -> str:
-    """Return rows as an HTML table."""
+def number_table(rows: Sequence[Row], names: Sequence[str] = ()) -> str:
+    """Return rows as an HTML table, with names above the values if there are several."""
     lines = []
+    if len(names) > 1:
+        heads = "".join(f'<th style="{_NUMBER}">{html.escape(name)}</th>' for name in names)
+        lines.append(f"<tr><td></td>{heads}<td></td></tr>")
     for key, words, unit, values in rows:
         cells = "".join(
             f'<td id="{key}{f"-{k + 1}" if k else ""}" style="{_NUMBER}">{html.escape(value)}</td>'

@@ -87,18 +87,15 @@ class DesignScene:
         self._scene.reset()
 
     def _show_vehicle(self, view: View) -> None:
-        limits = view.vehicle.thrust_min, view.vehicle.thrust_max
-        at_limit = [np.isclose(view.level.thrust, limit) for limit in limits]
-        active = np.any(at_limit, axis=0) & view.level.feasible
-        still = np.zeros(view.vehicle.n_rotors)
-        before = self._solid.vehicle
-        if not np.array_equal(before.rotor_position, view.vehicle.rotor_position):
+        vehicle, level, before = view.vehicle, view.level, self._solid.vehicle
+        limits = (vehicle.thrust_min, vehicle.thrust_max)
+        at_limit = np.any([np.isclose(level.thrust, limit) for limit in limits], axis=0)
+        active = (at_limit & level.feasible).astype(np.float64)
+        if not np.array_equal(before.rotor_position, vehicle.rotor_position):
             self._solid.remove()
-            self._solid = self._built(view.vehicle)
-        self._solid.vehicle = view.vehicle
-        self._solid.show(
-            view.tilt, view.level.thrust, still, (active & view.level.feasible).astype(np.float64)
-        )
+            self._solid = self._built(vehicle)
+        self._solid.vehicle = vehicle
+        self._solid.show(view.tilt, level.thrust, np.zeros(vehicle.n_rotors), active)
 
     def _built(self, vehicle: Vehicle) -> VehicleSolid:
         solid = VehicleSolid(self._server, "/vehicle", vehicle, 0.72 / self._scales.length)

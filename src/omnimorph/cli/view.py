@@ -174,7 +174,7 @@ def _closed(options: argparse.Namespace) -> console.Answer:
 
 def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightScene
-    from omnimorph.viewer.pictures import camera_in, save_picture, save_video
+    from omnimorph.viewer.pictures import camera_in, save_picture, save_video, still
     from omnimorph.viewer.server import new_server
 
     with closing(new_server()) as server:
@@ -184,8 +184,7 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
             if options.snapshot:
                 frames = scene.show(0.5 * scene.duration if options.at is None else options.at)
                 camera = scene.close_up(frames)
-                take(*_PICTURE, *camera)  # what is new in the scene is not all there in the first
-                save_picture(options.snapshot, take(*_PICTURE, *camera))
+                save_picture(options.snapshot, still(take, *_PICTURE, *camera))
                 files.append(options.snapshot)
             if options.video:
                 with console.Progress("drawing") as progress:
@@ -207,14 +206,14 @@ def _moments(scene: Any, take: Any, speed: float, progress: console.Progress) ->
 def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> console.Answer:
     from omnimorph.viewer.design import Design, scales_of
     from omnimorph.viewer.design_scene import DesignScene
-    from omnimorph.viewer.pictures import camera_in, save_picture
+    from omnimorph.viewer.pictures import camera_in, save_picture, still
     from omnimorph.viewer.server import new_server
 
     scales, view = scales_of(vehicle), Design.of(vehicle, tilt).view()
     with closing(new_server()) as server:
         scene = DesignScene(server, view, scales)
         with camera_in(server) as take:
-            save_picture(options.snapshot, take(*_PICTURE, *scene.camera))
+            save_picture(options.snapshot, still(take, *_PICTURE, *scene.camera))
     return _written([options.snapshot])
 
 

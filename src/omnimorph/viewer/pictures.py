@@ -30,12 +30,14 @@ __all__ = [
     "check_format",
     "save_picture",
     "save_video",
+    "still",
 ]
 
 PICTURE_FORMATS = (".png", ".jpg", ".webp")
 VIDEO_FORMATS = (".gif", ".webp", ".mp4")
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
+_MOST_TRIES = 8
 _PATIENCE = 60.0  # s for the browser to open the page, and for one picture
 
 Camera = Callable[[int, int, FloatArray, FloatArray], NDArray[np.uint8]]
@@ -130,6 +132,23 @@ def camera_in(server: Any) -> Iterator[Camera]:
                 process.wait(timeout=10.0)
             process.kill()
             process.wait()
+
+
+def still(
+    take: Camera, width: int, height: int, position: FloatArray, look_at: FloatArray
+) -> NDArray[np.uint8]:
+    """Return a picture in which all is there: taken until two in a row are the same.
+
+    Letters, and what has only just entered the scene, come into the browser's pictures late.
+    """
+    before = take(width, height, position, look_at)
+    for _ in range(_MOST_TRIES):
+        time.sleep(0.3)
+        now = take(width, height, position, look_at)
+        if np.array_equal(before, now):
+            break
+        before = now
+    return before
 
 
 def save_picture(path: Path, pixels: NDArray[np.uint8]) -> None:

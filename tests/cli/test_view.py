@@ -89,7 +89,9 @@ def test_without_viser(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
         (["omnimorph", "--at", "3"], "--at goes with a run"),
         (["omnimorph", "--video", "v.gif"], "--video goes with a run"),
         (["omnimorph", "--snapshot", "t.bmp"], "a file that ends in .png, .jpg, .webp"),
-        (["omnimorph", "--speed", "0"], "a positive number"),
+        (["omnimorph", "--snapshot", "no/such/t.png"], "a file in a folder that is there"),
+        (["omnimorph", "--speed", "0"], "a number from 0.01 on"),
+        (["omnimorph", "--speed", "1e-300"], "a number from 0.01 on"),
     ],
 )
 def test_other_mistakes(words: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,6 +108,12 @@ def test_a_vehicle_that_makes_no_force(tmp_path: Path, capsys: pytest.CaptureFix
 
 def test_a_tilt_goes_with_a_vehicle(run_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--tilt goes with a vehicle" in refused(capsys, str(run_file), "--tilt", "3")
+    assert "--out goes with a vehicle" in refused(capsys, str(run_file), "--out", "designs")
+
+
+def test_a_moment_after_the_end(run_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    still = ("--snapshot", str(run_file.parent / "t.png"), "--at", "1e6")
+    assert "from 0 to" in refused(capsys, str(run_file), *still)
 
 
 def test_others_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,6 +31,7 @@ def test_left_alone_it_is_the_flight_of_fly() -> None:
 def test_rows_on_the_way_are_those_of_the_whole_flight() -> None:
     flight = flown(SteppedFlight(HOVER), until=0.5)
     so_far, whole = flight.as_run(), om.fly(HOVER)
+    assert so_far.outcome is om.Outcome.UNDER_WAY
     assert len(so_far.time) == flight.row + 1 == round(0.5 / HOVER.plant.physics_step)
     np.testing.assert_array_equal(so_far.p_WB, whole.p_WB[: flight.row + 1])
 

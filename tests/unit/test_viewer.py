@@ -14,7 +14,7 @@ import omnimorph as om
 from omnimorph.errors import InputError, VehicleError
 from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
-from omnimorph.viewer.charts import COLUMNS, charts_of
+from omnimorph.viewer.charts import COLUMNS, _on_common_times, charts_of
 from omnimorph.viewer.design import ATTITUDES, Design, is_cube, scales_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import notices, numbers_of
@@ -52,9 +52,10 @@ def test_a_flight_that_diverged_is_shown_until_then(flight: Flight) -> None:
     broken[900:] = np.nan
     diverged = replace(flight.run, p_WB=broken)
     shown = Flight(diverged, "diverged")
-    assert shown.row_at(1e9) == shown.last_row == 899
+    assert shown.row_at(1e9) == len(shown.run.time) - 1 == 899
+    assert shown.duration == shown.run.time[-1]
     assert np.isfinite(shown.path).all()
-    assert np.isfinite(shown.frame(shown.last_row).wxyz).all()
+    assert np.isfinite(shown.frame(899).wxyz).all()
     with pytest.raises(InputError, match="no moment of the run can be shown"):
         Flight(replace(flight.run, p_WB=np.full_like(broken, np.nan)), "nothing")
 
@@ -134,6 +135,20 @@ def test_two_flights_share_their_plots(flight: Flight) -> None:
     other = Flight(om.fly(om.load_scenario("tour").for_vehicle(om.load_vehicle("tilt-hex"))), "b")
     charts = charts_of([flight, other])
     assert [len(chart.curves) for chart in charts] == [2, 2, 1, 8 + 6, 2]
+
+
+def test_flights_with_other_steps_and_ends_are_drawn_at_their_own_times(flight: Flight) -> None:
+    """As many rows, but twice as long: each curve is where its own time is, to its own end."""
+    slow = replace(flight.run, time=2.0 * flight.run.time)
+    power = charts_of([flight, Flight(slow, "slow")])[-1]
+    time, (short, long) = _on_common_times(power)
+    end = flight.run.time[-1]
+    assert time[-1] > 1.9 * end
+    assert np.isnan(short[time > 1.05 * end]).all()
+    assert np.isfinite(long).all()
+    at_half = np.interp(end, time, long)
+    nearby = np.abs(slow.time - end) < 0.05 * end
+    assert slow.drag_power[nearby].min() <= at_half <= slow.drag_power[nearby].max()
 
 
 # --- designs ------------------------------------------------------------------------------------
@@ -226,8 +241,9 @@ def test_a_port_in_use_is_refused_and_a_free_one_found() -> None:
 
 
 def test_an_address_elsewhere_is_refused() -> None:
-    with pytest.raises(InputError, match="--host"):
-        check_port("192.0.2.1", 0)
+    for host in ("192.0.2.1", "", "a..b", "no such host"):
+        with pytest.raises(InputError, match="--host"):
+            check_port(host, 0)
 
 
 @pytest.mark.parametrize(("host", "alone"), [("127.0.0.1", True), ("localhost", True)])

@@ -13,6 +13,7 @@ __all__ = [
     "angles_in_degrees",
     "folder",
     "milliseconds",
+    "number_at_least",
     "port_number",
     "one_of_the_list",
     "positive_number",
@@ -60,15 +61,27 @@ def milliseconds(option: str) -> Callable[[str], float]:
     >>> milliseconds("--delay-ms")("20")
     0.02
     """
+    read = number_at_least(option, -math.inf, "a number of milliseconds")
+    return lambda text: 1e-3 * read(text)
+
+
+def number_at_least(option: str, least: float, allowed: str) -> Callable[[str], float]:
+    """Return a function that reads a finite number, and says what is allowed if it is too small.
+
+    Examples
+    --------
+    >>> number_at_least("--at", 0.0, "a number of seconds")("31.5")
+    31.5
+    """
 
     def read(text: str) -> float:
         try:
-            seconds = 1e-3 * float(text)
+            value = float(text)
         except ValueError:
-            seconds = math.nan
-        if not math.isfinite(seconds):
-            raise InputError.at("the command line", option, text, "a number of milliseconds")
-        return seconds
+            value = math.nan
+        if not (math.isfinite(value) and value >= least):
+            raise InputError.at("the command line", option, text, allowed)
+        return value
 
     return read
 

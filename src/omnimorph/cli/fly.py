@@ -56,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="watch it while it flies, in the browser, and push it or cut a rotor",
     )
-    add_page_arguments(parser)
+    add_page_arguments(parser.add_argument_group("with --view"))
 
 
 def answer(options: argparse.Namespace) -> console.Answer:

@@ -17,7 +17,7 @@ __all__ = ["add_page_arguments", "announce", "closing"]
 _DEFAULT_PORT = 8080
 
 
-def add_page_arguments(parser: argparse.ArgumentParser) -> None:
+def add_page_arguments(parser: argparse._ActionsContainer) -> None:
     """Add the arguments that say where a page is served."""
     parser.add_argument(
         "--host",
@@ -48,7 +48,7 @@ def announce(server: Any, options: argparse.Namespace, ends: str) -> None:
         console.complain(
             f"warning: on {options.host}, whoever reaches this machine can see and steer the page."
         )
-    shown = options.host if options.host not in ("0.0.0.0", "::") else "127.0.0.1"
+    shown = options.host if options.host != "0.0.0.0" else "127.0.0.1"
     address = f"http://{shown}:{port}"
     opened = not options.no_browser and _has_a_screen() and webbrowser.open(address)
     hint = "" if opened or options.no_browser else _over_ssh(port)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import angles_in_degrees, folder
+from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
 from omnimorph.cli.page import add_page_arguments, announce, closing
 from omnimorph.errors import InputError
 
@@ -25,6 +25,7 @@ NEEDS = ("omnimorph.results.store", "omnimorph.analysis")
 _PICTURE = (1600, 1200)
 _VIDEO = (960, 720)
 _PICTURES_A_SECOND = 15.0
+_SLOWEST = 0.01
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -64,13 +65,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--at",
-        type=_seconds("--at"),
+        type=number_at_least("--at", 0.0, "a number of seconds"),
         metavar="S",
         help="the moment of the snapshot (default: the middle of the flight)",
     )
     parser.add_argument(
         "--speed",
-        type=_seconds("--speed"),
+        type=number_at_least("--speed", _SLOWEST, f"a number from {_SLOWEST:g} on"),
         default=1.0,
         metavar="X",
         help="how fast the video goes (default: 1, as it was flown)",
@@ -85,6 +86,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     _check_together(options)
     if all(_is_run(what) for what in options.what):
         flights = _flights(options.what)
+        _check_moment(options.at, max(flight.duration for flight in flights))
         if options.snapshot or options.video:
             return _pictures_of_flight(options, flights)
         return _flight_page(options, flights)
@@ -103,9 +105,9 @@ def _check_together(options: argparse.Namespace) -> None:
         shown = " ".join(options.what)
         allowed = "one run, two runs, or one vehicle"
         raise InputError.at("the command line", "WHAT", shown, allowed)
-    for option, allowed in (("video", "a run"), ("at", "a run"), ("tilt", "a vehicle")):
-        given = getattr(options, option)
-        if given is not None and all(runs) == (option == "tilt"):
+    goes_with = {"video": "a run", "at": "a run", "tilt": "a vehicle", "out": "a vehicle"}
+    for option, allowed in goes_with.items():
+        if getattr(options, option) is not None and all(runs) == (allowed == "a vehicle"):
             raise InputError(
                 f"the command line: --{option} goes with {allowed}, not with {options.what[0]}."
             )
@@ -114,6 +116,12 @@ def _check_together(options: argparse.Namespace) -> None:
         if path is not None:
             check_format(f"--{option}", path, formats)
             browser()
+
+
+def _check_moment(at: float | None, duration: float) -> None:
+    """Refuse a moment after the end of the flight, which would be a picture of another one."""
+    if at is not None and at > duration:
+        raise InputError.at("the command line", "--at", at, f"from 0 to {duration:g} s")
 
 
 def _is_run(what: str) -> bool:
@@ -220,20 +228,3 @@ def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> 
 def _written(files: list[Path]) -> console.Answer:
     names = [str(file) for file in files]
     return console.Answer(f"Written: {', '.join(names)}.", {"files": names})
-
-
-def _seconds(option: str) -> Any:
-    """Return a function that reads a number that is not negative, and names the option if not."""
-
-    def read(text: str) -> float:
-        try:
-            value = float(text)
-        except ValueError:
-            value = math.nan
-        smallest = math.ulp(0.0) if option == "--speed" else 0.0
-        if not (math.isfinite(value) and value >= smallest):
-            allowed = "a positive number" if option == "--speed" else "a number of seconds"
-            raise InputError.at("the command line", option, text, allowed)
-        return value
-
-    return read

@@ -14,9 +14,9 @@ from omnimorph.results.run import Run
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import list_scenarios, load_scenario
 from omnimorph.simulation.stepped_flight import SteppedFlight
-from omnimorph.viewer.charts import Charts, charts_of
+from omnimorph.viewer.charts import add_plots, charts_of
 from omnimorph.viewer.flight_page import Rhythm, notices, numbers_of
-from omnimorph.viewer.frames import Flight, Frame, blade_turns, frame_of
+from omnimorph.viewer.frames import Flight, Frame, blade_turns, can_be_shown, frame_of
 from omnimorph.viewer.stage import Actor, set_stage
 from omnimorph.viewer.tables import number_table
 from omnimorph.viewer.vehicle_solid import reach_of
@@ -64,12 +64,7 @@ class LivePage:
         ground, _ = set_stage(server, [way], reach_of(scenario.vehicle))
         self._actor = Actor(server, "/flight", scenario.vehicle, np.zeros(3), ground, way)
         self._add_controls()
-        panel = server.gui.add_panel()
-        with panel.add_tab("Plots"):
-            self._charts = Charts(server, charts_of([self._as_flight()]))
-        server.gui.main_panel.dock_right()
-        panel.dock_left()
-        panel.set_width(380)
+        self._charts = add_plots(server, [self._as_flight()])
 
     def fly(self) -> Run:
         """Fly from the moment somebody looks until the flight is over; return the run."""
@@ -82,13 +77,19 @@ class LivePage:
             now = time.monotonic()
             if self._is_running:
                 self._advance(min(now - before, 0.2))
-                over = self.flight.is_over
-                if numbers.is_due(now) or over:
+                if numbers.is_due(now):
                     self._show_numbers()
-                if charts.is_due(now) or over:
+                if charts.is_due(now):
                     self._show_charts()
             before = now
+        self.show()
         return self.flight.as_run()
+
+    def show(self) -> None:
+        """Show all of it as it is now."""
+        self._show_scene(0.0)
+        self._show_numbers()
+        self._show_charts()
 
     def _advance(self, seconds: float) -> None:
         """Fly for what has passed for who looks, or for as much as can be computed meanwhile."""
@@ -158,10 +159,17 @@ class LivePage:
         self._button.label = "Pause" if self._is_running else "Go on"
 
     def _frame(self) -> Frame:
+        row, columns = self._row_shown(), self.flight.columns
+        power = float(np.abs(columns["speed"][row]) ** 3 @ self._truth.drag_coefficient)
+        time_then = row * self.scenario.plant.physics_step
+        return frame_of(columns, row, time_then, self._turns, power)
+
+    def _row_shown(self) -> int:
+        """Return the last row that can be shown: a flight that diverged ends in one that cannot."""
         row = self.flight.row
-        speed = self.flight.columns["speed"][row]
-        power = float(np.abs(speed) ** 3 @ self._truth.drag_coefficient)
-        return frame_of(self.flight.columns, row, self.flight.time, self._turns, power)
+        while row > 0 and not can_be_shown(self.flight.columns, slice(row, row + 1)).all():
+            row -= 1
+        return row
 
     def _as_flight(self) -> Flight:
         with self.pilot.lock:
@@ -170,7 +178,7 @@ class LivePage:
     def _show_scene(self, seconds: float) -> None:
         """Show the vehicle, its blades turned on for so many seconds."""
         with self.pilot.lock:
-            speed = self.flight.columns["speed"][self.flight.row]
+            speed = self.flight.columns["speed"][self._row_shown()]
             self._turns = self._turns + blade_turns(self.scenario.vehicle, speed, seconds)
             frame = self._frame()
         with self._server.atomic():

@@ -9,7 +9,7 @@ import numpy as np
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 
 __all__ = ["PUSH_SECONDS", "Pilot"]
 
@@ -71,7 +71,7 @@ class Pilot:
             flight = self.flight
             while not flight.is_over and flight.time < until:
                 pushes = flight.time < self._push_ends
-                flight.step(self._push) if pushes else flight.step()
+                flight.step(self._push if pushes else NO_PUSH)
 
     def _change_effectiveness(self) -> None:
         share = np.ones(self.flight.scenario.vehicle.n_rotors)

@@ -30,6 +30,7 @@ class Outcome(enum.Enum):
     """How a flight ended; the value is the sentence a user reads."""
 
     COMPLETED = "The flight was completed."
+    UNDER_WAY = "The flight goes on; this is what has been flown so far."
     LOST = "The vehicle was lost: it strayed too far from its reference."
     NOT_FINITE = "The flight was ended: the controller gave a number that is not finite."
     DIVERGED = "The flight was ended: the state of the vehicle is no longer finite."

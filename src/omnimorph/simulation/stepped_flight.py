@@ -95,8 +95,8 @@ class SteppedFlight:
 
     @property
     def outcome(self) -> Outcome:
-        """How it ended; only once it is over."""
-        return OUTCOMES[self.core.status]
+        """How it ended, or that it goes on."""
+        return OUTCOMES[self.core.status] if self.is_over else Outcome.UNDER_WAY
 
     def step(self, push: FloatArray = NO_PUSH) -> None:
         """Fly one control period with the core's controller.
@@ -116,7 +116,7 @@ class SteppedFlight:
         Raises
         ------
         ScenarioError
-            If it is for another vehicle, or for another control period.
+            If it is for another vehicle, or its allocator does not fit.
         """
         mine, other = self.scenario, scenario
         if other.vehicle.name != mine.vehicle.name:
@@ -161,13 +161,12 @@ class SteppedFlight:
         self.told.setdefault("events", []).append(event)
 
     def as_run(self) -> Run:
-        """Return the rows flown so far as a run; while it flies its outcome is `COMPLETED`."""
+        """Return the rows flown so far as a run."""
         truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
-        outcome = self.outcome if self.is_over else Outcome.COMPLETED
         flown = Flown(
             self.columns,
             self.row + 1,
-            outcome,
+            self.outcome,
             self._seed,
             self._flight,
             max(perf_counter() - self._began, math.ulp(1.0)),

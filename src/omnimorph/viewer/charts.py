@@ -13,12 +13,12 @@ from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.frames import Flight
 
-__all__ = ["COLUMNS", "Chart", "Charts", "Curve", "charts_of"]
+__all__ = ["COLUMNS", "Chart", "Charts", "Curve", "add_plots", "charts_of"]
 
 COLUMNS = 180
 """Each curve is drawn with the least and the largest value in so many pieces of time."""
 
-_HEIGHT = 132
+_HEIGHT, _WIDTH = 132, 380
 _FAR_TILT = 100.0  # degrees; a limit farther than that would flatten the curve
 _SHADES = (
     colours.BLUE,
@@ -93,6 +93,17 @@ def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), rotors))
     power = _one_each(flights, lambda f: f.run.drag_power)
     return [*charts, Chart("power against drag, W", power, (), whose)]
+
+
+def add_plots(server: Any, flights: Sequence[Flight]) -> Charts:
+    """Add the plots of one or two flights on the left of a page, its controls on the right."""
+    panel = server.gui.add_panel()
+    with panel.add_tab("Plots"):
+        charts = Charts(server, charts_of(flights))
+    server.gui.main_panel.dock_right()
+    panel.dock_left()
+    panel.set_width(_WIDTH)
+    return charts
 
 
 class Charts:
@@ -175,17 +186,24 @@ class _Plot:
 
 
 def _on_common_times(chart: Chart) -> tuple[FloatArray, FloatArray]:
-    """Return the curves and limits of a chart thinned to the times of the longest: (P,), (S, P)."""
-    longest = max(chart.curves, key=lambda curve: len(curve.time)).time
-    rows = np.full((len(chart.curves) + len(chart.limits), len(longest)), np.nan)
+    """Return the curves and limits of a chart thinned to times they share: (P,), (S, P)."""
+    time = _shared_time([curve.time for curve in chart.curves])
+    rows = np.full((len(chart.curves) + len(chart.limits), len(time)), np.nan)
     for row, curve in zip(rows, chart.curves, strict=False):
-        if len(curve.time) == len(longest):
-            row[:] = curve.values
-        else:
-            inside = longest <= curve.time[-1]
-            row[inside] = np.interp(longest[inside], curve.time, curve.values)
+        inside = time <= curve.time[-1]
+        row[inside] = np.interp(time[inside], curve.time, curve.values)
     rows[len(chart.curves) :] = np.array(chart.limits)[:, None]
-    return envelope(longest, rows, COLUMNS)
+    return envelope(time, rows, COLUMNS)
+
+
+def _shared_time(times: Sequence[FloatArray]) -> FloatArray:
+    """Return times as fine as the finest, until the end of the longest; those of all, if alike."""
+    if all(np.array_equal(time, times[0]) for time in times):
+        return times[0]
+    step = min(time[1] - time[0] for time in times if len(time) > 1)
+    longest = max(times, key=lambda time: float(time[-1]))
+    shared: FloatArray = np.arange(round(longest[-1] / step) + 1) * step
+    return shared
 
 
 def _one_each(flights: Sequence[Flight], values: Any) -> tuple[Curve, ...]:

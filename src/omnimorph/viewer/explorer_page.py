@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -238,6 +239,4 @@ def _hint(out: Path | None) -> str:
 
 
 def _sentence(key: str, text: str) -> str:
-    import html
-
     return f'<div id="{key}" style="padding:2px 12px;font-size:0.8rem">{html.escape(text)}</div>'

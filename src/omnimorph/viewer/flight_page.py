@@ -12,7 +12,7 @@ import numpy as np
 
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
-from omnimorph.viewer.charts import Charts, charts_of
+from omnimorph.viewer.charts import add_plots
 from omnimorph.viewer.frames import Flight, Frame, Playback
 from omnimorph.viewer.stage import MISSED, Actor, camera_for, set_stage
 from omnimorph.viewer.tables import Row, number_table
@@ -110,12 +110,7 @@ class FlightPage:
         self.playback = Playback(max(flight.duration for flight in flights))
         self._followed: FloatArray | None = None
         self._add_controls()
-        panel = server.gui.add_panel()
-        with panel.add_tab("Plots"):
-            self._charts = Charts(server, charts_of(flights))
-        server.gui.main_panel.dock_right()
-        panel.dock_left()
-        panel.set_width(380)
+        self._charts = add_plots(server, flights)
         self._closed = threading.Event()
         self.scene = FlightScene(server, flights)  # last: what can be read is there before it
         self._show()

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import RunFileError
 from omnimorph.protocols import FloatArray
 from omnimorph.results.curves import attitude_error, attitude_error_between, position_error_mm
-from omnimorph.results.run import Run
+from omnimorph.results.run import COLUMNS, Run
 from omnimorph.viewer.shapes import wxyz_of
 
-__all__ = ["Flight", "Frame", "Playback", "blade_turns", "frame_of"]
+__all__ = ["Flight", "Frame", "Playback", "blade_turns", "can_be_shown", "frame_of"]
 
+_FARTHEST = 1e6  # m
 _MOST_ROWS_OF_PATH = 600
 # A second, of the fastest rotor: what an eye, and 30 pictures a second, can follow.
 _TURNS_SHOWN = 1.0
@@ -76,35 +79,34 @@ class Flight:
 
     Attributes
     ----------
+    run : Run
+        Of it what can be shown: a flight that diverged ends in rows that cannot.
     vehicle : Vehicle
         What flew.
-    last_row : int
-        The last row that can be seen: a flight that diverged ends in numbers that are not finite.
     duration : float, s
-        Until that row.
 
     Raises
     ------
     RunFileError
-        If not even the first row can be seen.
+        If not even the first row can be shown.
     """
 
     def __init__(self, run: Run, name: str) -> None:
+        shown = can_be_shown(vars(run), slice(None))
+        if not shown[0]:
+            raise RunFileError(f"{name}: no moment of the run can be shown: it is not finite.")
+        if not shown.all():
+            rows = slice(int(shown.argmin()))
+            names = ("time", *(column.name for column in COLUMNS))
+            run = replace(run, **{column: getattr(run, column)[rows] for column in names})
         self.run, self.name = run, name
         self.vehicle = run.vehicle
-        self.last_row = len(run.time) - 1
-        seen = (run.p_WB, run.R_WB, run.speed, run.tilt)
-        if not all(np.isfinite(column).all() for column in seen):
-            rows = [np.isfinite(column.reshape(len(run.time), -1)).all(axis=1) for column in seen]
-            self.last_row = int(np.all(rows, axis=0).argmin()) - 1
-        if self.last_row < 0:
-            raise RunFileError(f"{name}: no moment of the run can be shown: it is not finite.")
-        self.duration = float(run.time[self.last_row])
+        self.duration = float(run.time[-1])
 
     @property
     def path(self) -> FloatArray:
         """The whole way, thinned for the screen: (K, 3) m."""
-        return self.run.p_WB[: self.last_row + 1 : max(self.last_row // _MOST_ROWS_OF_PATH, 1)]
+        return self.run.p_WB[:: max(len(self.run.time) // _MOST_ROWS_OF_PATH, 1)]
 
     @cached_property
     def position_error_mm(self) -> FloatArray:
@@ -119,7 +121,7 @@ class Flight:
     def row_at(self, time: float) -> int:
         """Return the row of the run that is nearest to a time, s."""
         row = round(time / self.run.provenance.physics_step)
-        return min(max(row, 0), self.last_row)
+        return min(max(row, 0), len(self.run.time) - 1)
 
     def frame(self, row: int) -> Frame:
         """Return what is seen in a row of the run."""
@@ -130,6 +132,15 @@ class Flight:
     def _turns(self) -> FloatArray:
         step = self.run.provenance.physics_step
         return np.cumsum(blade_turns(self.vehicle, self.run.speed, step), axis=0)
+
+
+def can_be_shown(columns: Mapping[str, Any], rows: slice) -> NDArray[np.bool_]:
+    """Tell which of some rows of a run's columns can be shown: finite, and within sight."""
+    p = columns["p_WB"][rows]
+    seen = (p, columns["R_WB"][rows], columns["speed"][rows], columns["tilt"][rows])
+    finite = [np.isfinite(part.reshape(len(p), -1)).all(axis=1) for part in seen]
+    near = (np.abs(p) < _FARTHEST).all(axis=1)
+    return np.asarray(np.all(finite, axis=0) & near)
 
 
 def frame_of(

@@ -68,18 +68,22 @@ def browser() -> str:
 
 
 def check_format(option: str, path: Path, formats: Sequence[str]) -> None:
-    """Refuse a file whose ending is not among those that can be written.
+    """Refuse a file that cannot be written, before hours are spent on what goes there.
 
     Raises
     ------
     InputError
-        If it is not, or is a video that takes a program which is not installed.
+        If its ending is not among the formats, its video takes a program that is not installed, or
+        its folder is not there.
     """
     if path.suffix.lower() not in formats:
         allowed = f"a file that ends in {', '.join(formats)}"
         raise InputError.at("the command line", option, str(path), allowed)
     if path.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         allowed = "a .gif or .webp, or ffmpeg must be installed for .mp4"
+        raise InputError.at("the command line", option, str(path), allowed)
+    if not path.parent.is_dir():
+        allowed = "a file in a folder that is there"
         raise InputError.at("the command line", option, str(path), allowed)
 
 
@@ -111,20 +115,22 @@ def camera_in(server: Any) -> Iterator[Camera]:
             def take(
                 width: int, height: int, position: FloatArray, look_at: FloatArray
             ) -> NDArray[np.uint8]:
-                drawn = client.get_render(
-                    height,
-                    width,
-                    position=position,
-                    wxyz=_looking(position, look_at),
-                    fov=FIELD_OF_VIEW,
-                    transport_format="png",
-                    timeout=_PATIENCE,
-                )
+                try:
+                    drawn = client.get_render(
+                        height,
+                        width,
+                        position=position,
+                        wxyz=_looking(position, look_at),
+                        fov=FIELD_OF_VIEW,
+                        transport_format="png",
+                        timeout=_PATIENCE,
+                    )
+                except (RuntimeError, TimeoutError):  # it crashed, was ended, or cannot draw
+                    raise _no_picture(program, "did not draw the picture") from None
                 return _on_white(drawn)
 
-            take(
-                64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3)
-            )  # the first one compiles what draws
+            # the first one compiles what draws
+            take(64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3))
             yield take
         finally:
             process.terminate()
@@ -199,9 +205,13 @@ def _first_client(server: Any, process: subprocess.Popen[bytes], program: str) -
         for client in server.get_clients().values():
             return client
         time.sleep(0.02)
-    raise InputError(
-        f"{program} did not open the page; name another browser in OMNIMORPH_BROWSER, or open the "
-        "page yourself and take a screenshot."
+    raise _no_picture(program, "did not open the page")
+
+
+def _no_picture(program: str, why: str) -> InputError:
+    return InputError(
+        f"{program} {why}; name another browser in OMNIMORPH_BROWSER, or open the page yourself "
+        "and take a screenshot."
     )
 
 

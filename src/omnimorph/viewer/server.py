@@ -85,7 +85,7 @@ def viser_module() -> Any:
 
 def is_loopback(host: str) -> bool:
     """Tell whether a host can be reached from this machine alone."""
-    return host == "localhost" or host.startswith("127.") or host == "::1"
+    return host == "localhost" or host.startswith("127.")
 
 
 def check_port(host: str, port: int) -> int:
@@ -96,17 +96,23 @@ def check_port(host: str, port: int) -> int:
     InputError
         If it is in use or may not be taken, or if the host is not this machine's.
     """
+    elsewhere = InputError.at(
+        "the command line", "--host", host, f"an address of this machine, such as {LOOPBACK}"
+    )
+    if not host:  # would be every address of it
+        raise elsewhere
     with _probe() as probe:
         try:
             probe.bind((host, port))
+        except UnicodeError:
+            raise elsewhere from None
         except OSError as error:
             if error.errno == errno.EADDRINUSE:
                 raise _in_use(port) from None
             if error.errno in (errno.EACCES, errno.EPERM):
                 allowed = "a port that you may take, from 1024 on"
                 raise InputError.at("the command line", "--port", port, allowed) from None
-            allowed = f"an address of this machine, such as {LOOPBACK}"
-            raise InputError.at("the command line", "--host", host, allowed) from None
+            raise elsewhere from None
         free: int = probe.getsockname()[1]
     return free
 

@@ -68,7 +68,7 @@ class Actor:
         self.vehicle = vehicle
         self._scene, self._name, self._reach = server.scene, name, reach_of(vehicle)
         self.beside = np.asarray(beside, dtype=np.float64)
-        self._world = self._scene.add_frame(name, show_axes=False, position=self.beside)
+        self._scene.add_frame(name, show_axes=False, position=self.beside)
         self.solid = VehicleSolid(server, f"{name}/vehicle", vehicle)
         self.ghost = Ghost(server, f"{name}/ghost", vehicle, vehicle_tilt_at_rest(vehicle))
         self.ghost_shown = True

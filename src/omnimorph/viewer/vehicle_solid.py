@@ -39,7 +39,7 @@ class VehicleSolid:
 
     def __init__(self, server: Any, name: str, vehicle: Vehicle, scale: float = 1.0) -> None:
         self.vehicle, self._name, self._scene = vehicle, name, server.scene
-        self._scale, self._radius = scale, scale * propeller_radius(vehicle)
+        self._radius = scale * propeller_radius(vehicle)
         self._hubs = scale * vehicle.rotor_position
         self._arrows_shown = True
         self.root = self._scene.add_frame(name, show_axes=False)
@@ -89,8 +89,7 @@ class VehicleSolid:
         limit = np.where(thrust >= 0.0, self.vehicle.thrust_max, -self.vehicle.thrust_min)
         share = np.divide(thrust, limit, out=np.zeros_like(thrust), where=limit > 0.0)
         self._discs.batched_colors = colours.of_instances(colours.of_thrust(share))
-        rims = np.where(active != 0, 1.0, 1e-3)
-        self._rims.batched_scales = rims
+        self._rims.batched_scales = np.where(active != 0, 1.0, 1e-3)
         self._show_arrows(axes, thrust)
 
     @property
@@ -147,7 +146,7 @@ class Ghost:
         server.scene.add_mesh_simple(f"{name}/frame", frame.vertices, frame.faces, **shade)
         mesh = disc(radius, 0.02 * radius)
         level = wxyz_of(np.array([turned_to(axis) for axis in thrust_axes(vehicle, tilt)]))
-        self._discs = server.scene.add_batched_meshes_simple(
+        server.scene.add_batched_meshes_simple(
             f"{name}/discs",
             mesh.vertices,
             mesh.faces,

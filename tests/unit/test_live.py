@@ -1,0 +1,39 @@
+"""A live flight without a browser: what its page shows when the flight breaks, and what is kept."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import omnimorph as om
+from omnimorph.live.page import LivePage
+from omnimorph.live.pilot import PUSH_SECONDS, Pilot
+from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.viewer.server import new_server, stop
+
+HOVER = om.load_scenario("hover")
+
+
+def test_a_flight_that_diverges_is_shown_and_kept() -> None:
+    server = new_server()
+    try:
+        page = LivePage(server, HOVER)
+        page.pilot.push(np.array([1e300, 0.0, 0.0]))
+        page.pilot.advance(np.inf)
+        page.show()
+        run = page.flight.as_run()
+    finally:
+        stop(server)
+    assert run.outcome is om.Outcome.DIVERGED
+    assert not np.isfinite(np.square(run.p_WB[-1])).all()
+
+
+def test_a_push_lasts_as_long_as_it_says() -> None:
+    far = replace(HOVER, plant=om.load_plant("perfect"), lost_beyond=1e3)
+    pilot = Pilot(SteppedFlight(far))
+    pilot.push(np.array([0.0, 0.0, 200.0]))  # more than the rotors can hold against
+    pilot.advance(1.0)
+    flight, step = pilot.flight, far.plant.physics_step
+    rise = flight.columns["v_WB"][: flight.row, 2]
+    assert rise.argmax() * step == PUSH_SECONDS

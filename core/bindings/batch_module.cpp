@@ -1,6 +1,9 @@
 // A Python module that flies batches with one instruction set; omnimorph._core makes what it takes.
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/unique_ptr.h>
+#include <nanobind/stl/vector.h>
+
+#include <map>
 
 #include "batch_groups.hpp"
 #include "flight_arrays.hpp"
@@ -16,23 +19,26 @@ template <int N> Crew::FlyGroup flyer(const BatchParts& parts, bool single_preci
 class Batch {
   public:
     Batch(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const ControllerSettings<double, 0>& controller, const nb::object& reference,
-          const Array& starts, const Array& thrust, const Array& tilt, const FlightSettings& settings, const nb::dict& variation, const nb::dict& columns,
-          bool single_precision, int threads)
-        : kept_(nb::make_tuple(reference, variation, columns)) {
+          const Array& starts, const Array& thrust, const Array& tilt, const FlightSettings& settings, const nb::dict& variation,
+          const std::vector<long>& recorded, bool single_precision, int threads)
+        : reference_(reference) {
         const long flights = static_cast<long>(starts.size() / state_width);
-        const std::size_t n = static_cast<std::size_t>(int(model.n_rotors)), m = static_cast<std::size_t>(model.n_servos);
+        const int n = model.n_rotors, m = model.n_servos;
         if (flights < 1 || threads < 1) throw nb::value_error("a batch has a flight and a thread at least");
         expect_size(starts, static_cast<std::size_t>(flights) * state_width, "starts");
         for (long k = 0; k < flights; ++k) starts_.push_back(motion_from(starts.data() + k * state_width));
         sums_.resize(starts_.size());
         status_.resize(starts_.size(), FlightStatus::flying);
         last_step_.resize(starts_.size());
-        parts_ = std::make_unique<BatchParts>(BatchParts{plant, model, controller, nb::cast<const Reference*>(reference),
-                                                         command_from(thrust, tilt, model.n_rotors, model.n_servos), settings, flights, starts_.data(),
-                                                         variation_from(variation, starts_.size(), n), {}, sums_.data(), status_.data(), last_step_.data()});
-        for (const auto& [flight, arrays] : columns)
-            parts_->recorded.push_back({nb::cast<long>(flight), record_into(nb::cast<nb::dict>(arrays), static_cast<std::size_t>(settings.steps + 1), n, m)});
-        const auto fly_group = with_rotors(model.n_rotors, [&](auto rotors) { return group_flyer<rotors>(*parts_, single_precision); });
+        parts_ = std::make_unique<BatchParts>(BatchParts{plant, model, controller, nb::cast<const Reference*>(reference), command_from(thrust, tilt, n, m),
+                                                         settings, flights, starts_.data(),
+                                                         variation_from(variation, starts_.size(), static_cast<std::size_t>(n)), {}, sums_.data(),
+                                                         status_.data(), last_step_.data()});
+        for (const long flight : recorded) {
+            columns_[flight] = std::make_shared<Columns>(static_cast<std::size_t>(settings.steps + 1), n, m);
+            parts_->recorded.push_back({flight, columns_[flight]->record()});
+        }
+        const auto fly_group = with_rotors(n, [&](auto rotors) { return group_flyer<rotors>(*parts_, single_precision); });
         crew_ = std::make_unique<Crew>(threads, flights, single_precision ? lanes<float> : lanes<double>, fly_group);
     }
 
@@ -42,14 +48,15 @@ class Batch {
     Numbers sums() const { return new_array(&sums_.front().rows, {sums_.size(), flight_sums}); }
     const std::vector<FlightStatus>& status() const { return status_; }
     long last_step(long flight) const { return last_step_.at(static_cast<std::size_t>(flight)); }
+    nb::dict columns(long flight) const { return Columns::arrays(columns_.at(flight)); }
 
   private:
-    static Variation variation_from(const nb::dict& arrays, std::size_t flights, std::size_t n) {
+    Variation variation_from(const nb::dict& arrays, std::size_t flights, std::size_t n) {
         const auto rows = [&](const char* name, std::size_t width) -> const double* {
             if (!arrays.contains(name)) return nullptr;
             const Array array = nb::cast<Array>(arrays[name], false);
             expect_size(array, flights * width, name);
-            return array.data();
+            return varied_.emplace_back(array.data(), array.data() + array.size()).data();
         };
         Variation v;
         v.mass = rows("mass", 1);
@@ -64,8 +71,10 @@ class Batch {
         return v;
     }
 
-    nb::object kept_;  // whose arrays and reference the flights read and write
+    nb::object reference_;  // which the flights read, as they do what follows
+    std::vector<std::vector<double>> varied_;
     std::vector<Motion<double>> starts_;
+    std::map<long, std::shared_ptr<Columns>> columns_;  // and into these they write
     std::vector<FlightSums> sums_;
     std::vector<FlightStatus> status_;
     std::vector<long> last_step_;
@@ -91,15 +100,16 @@ void bind_batch(nb::module_& m) {
             for (const FlightStatus status : b.status()) all.append(static_cast<int>(status));
             return all;
         })
-        .def("last_step", &Batch::last_step, "flight"_a);
+        .def("last_step", &Batch::last_step, "flight"_a)
+        .def("columns", &Batch::columns, "flight"_a);
     m.def("start", [](const PlantSettings<double, 0>& plant, const AnyVehicle& model, const ControllerSettings<double, 0>& controller,
                       const nb::object& reference, const Array& starts, const Array& thrust, const Array& tilt, long steps, int control_every,
-                      double lost_beyond, std::uint64_t seed, std::uint32_t first, const nb::dict& variation, const nb::dict& columns,
+                      double lost_beyond, std::uint64_t seed, std::uint32_t first, const nb::dict& variation, const std::vector<long>& recorded,
                       bool single_precision, int threads) {
         return std::make_unique<Batch>(plant, model, controller, reference, starts, thrust, tilt,
-                                       FlightSettings{steps, control_every, lost_beyond, {seed, first}}, variation, columns, single_precision, threads);
+                                       FlightSettings{steps, control_every, lost_beyond, {seed, first}}, variation, recorded, single_precision, threads);
     }, nb::kw_only(), "plant"_a, "model"_a, "controller"_a, "reference"_a, "starts"_a, "thrust"_a, "tilt"_a, "steps"_a, "control_every"_a, "lost_beyond"_a,
-       "seed"_a, "first"_a, "variation"_a, "columns"_a, "single_precision"_a, "threads"_a);
+       "seed"_a, "first"_a, "variation"_a, "recorded"_a, "single_precision"_a, "threads"_a);
 }
 
 }  // namespace omnimorph::python::OMNIMORPH_SIMD

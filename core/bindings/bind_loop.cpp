@@ -2,8 +2,8 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
-#include <nanobind/stl/unique_ptr.h>
 
+#include <memory>
 #include <optional>
 
 #include "bind.hpp"
@@ -41,14 +41,23 @@ struct AllocationView {
     int n, m;
 };
 
-std::unique_ptr<AnyController> new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
-    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
-    return with_rotors(vehicle.n_rotors, [&](auto rotors) { return make_controller<rotors>(vehicle, settings, start); });
-}
+/// A controller as Python has it: behind a pointer, as it is aligned more strictly than who holds it can know.
+struct BoundController {
+    std::unique_ptr<AnyController> controller;
+    AnyController* operator->() const { return controller.get(); }
+};
+
+/// A flight in the same way, with what it reads and writes.
+struct BoundFlight {
+    nb::object reference;
+    std::shared_ptr<Columns> columns;  // none, if it is not recorded
+    std::unique_ptr<AnyFlight> flight;
+    AnyFlight* operator->() const { return flight.get(); }
+};
 
 /// Thrusts (K, n) and tilts (K, m) of K control steps, one after the other.
-std::tuple<Numbers, Numbers> replayed(AnyController& controller, const Array& states, const Array& desired) {
-    const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller.n_rotors), m = static_cast<std::size_t>(controller.n_servos);
+std::tuple<Numbers, Numbers> replayed(const BoundController& controller, const Array& states, const Array& desired) {
+    const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller->n_rotors), m = static_cast<std::size_t>(controller->n_servos);
     expect_size(states, K * state_width, "states");
     expect_size(desired, K * desired_width, "desired");
     std::vector<Motion<double>> measured;
@@ -58,7 +67,7 @@ std::tuple<Numbers, Numbers> replayed(AnyController& controller, const Array& st
         wished.push_back(desired_from(desired.data() + k * desired_width));
     }
     std::vector<double> thrust(K * n), tilt(K * m);
-    controller.replay(K, measured.data(), wished.data(), thrust.data(), tilt.data());
+    controller->replay(K, measured.data(), wished.data(), thrust.data(), tilt.data());
     return {new_array(thrust.data(), {K, n}), new_array(tilt.data(), {K, m})};
 }
 
@@ -79,17 +88,21 @@ Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, con
     return new_array(costs.data(), {S, K});
 }
 
-std::unique_ptr<AnyFlight> new_flight_for(const FlightParts& parts) {
-    return with_rotors(parts.model.n_rotors, [&](auto rotors) { return make_flight<rotors>(parts); });
+BoundController new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
+    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
+    return {with_rotors(vehicle.n_rotors, [&](auto rotors) { return make_controller<rotors>(vehicle, settings, start); })};
 }
 
-std::unique_ptr<AnyFlight> new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const Settings& controller, const Reference& reference,
-                                      const Array& start, const Array& thrust, const Array& tilt, long steps, int control_every, double lost_beyond,
-                                      std::uint64_t seed, std::uint32_t flight, const nb::dict& columns) {
+BoundFlight new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const Settings& controller, const nb::object& reference,
+                       const Array& start, const Array& thrust, const Array& tilt, long steps, int control_every, double lost_beyond, std::uint64_t seed,
+                       std::uint32_t flight, bool is_recorded) {
     const int n = model.n_rotors, m = model.n_servos;
-    return new_flight_for({plant, model, controller, &reference, motion_from(start), command_from(thrust, tilt, n, m),
-                           {steps, control_every, lost_beyond, {seed, flight}},
-                           record_into(columns, static_cast<std::size_t>(steps + 1), static_cast<std::size_t>(n), static_cast<std::size_t>(m))});
+    BoundFlight bound{reference, {}, {}};
+    if (is_recorded) bound.columns = std::make_shared<Columns>(static_cast<std::size_t>(steps + 1), n, m);
+    const FlightParts parts{plant, model, controller, nb::cast<const Reference*>(reference), motion_from(start), command_from(thrust, tilt, n, m),
+                            {steps, control_every, lost_beyond, {seed, flight}}, is_recorded ? bound.columns->record() : Record()};
+    bound.flight = with_rotors(n, [&](auto rotors) { return make_flight<rotors>(parts); });
+    return bound;
 }
 
 void make_reference(Reference* self, const Array& segments, const Array& samples) {
@@ -104,20 +117,20 @@ void make_reference(Reference* self, const Array& segments, const Array& samples
 }
 
 /// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.
-bool decide(AnyFlight& flight, const Array& thrust, const Array& tilt, const Array& wrench_asked) {
+bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, const Array& wrench_asked) {
     expect_size(wrench_asked, 6, "wrench_asked");
-    AnyAllocation a{command_from(thrust, tilt, flight.n_rotors, flight.n_servos), {}, std::nan(""), std::nan(""), vector_from<6>(wrench_asked.data())};
+    AnyAllocation a{command_from(thrust, tilt, flight->n_rotors, flight->n_servos), {}, std::nan(""), std::nan(""), vector_from<6>(wrench_asked.data())};
     double sum = 0;
-    for (int j = 0; j < flight.n_servos; ++j) sum += a.command.tilt[j];
-    for (int i = 0; i < flight.n_rotors; ++i) {
+    for (int j = 0; j < flight->n_servos; ++j) sum += a.command.tilt[j];
+    for (int i = 0; i < flight->n_rotors; ++i) {
         const double f = a.command.thrust[i];
         sum += f;
-        a.active[i] = f >= flight.thrust_max[i] ? 1.0 : (f <= flight.thrust_min[i] ? -1.0 : 0.0);
+        a.active[i] = f >= flight->thrust_max[i] ? 1.0 : (f <= flight->thrust_min[i] ? -1.0 : 0.0);
     }
     if (is_finite(sum)) {
-        flight.decide(a);
+        flight->decide(a);
     } else {
-        flight.refuse_command();
+        flight->refuse_command();
     }
     return is_finite(sum);
 }
@@ -142,13 +155,13 @@ void bind_loop(nb::module_& m) {
         .def_prop_ro("wrench_asked", [](const AllocationView& v) { return view_of(v.a.wrench_asked.a, 6); })
         .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
         .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
-    nb::class_<AnyController>(m, "Controller")
-        .def("step", [](AnyController& c, const Array& state, const Array& desired) {
-            return AllocationView{c.step(motion_from(state), desired_from(desired)), c.n_rotors, c.n_servos};
+    nb::class_<BoundController>(m, "Controller")
+        .def("step", [](const BoundController& c, const Array& state, const Array& desired) {
+            return AllocationView{c->step(motion_from(state), desired_from(desired)), c->n_rotors, c->n_servos};
         }, "state"_a, "desired"_a)
-        .def("allocate", [](AnyController& c, const Array& state, const Array& acceleration) {
+        .def("allocate", [](const BoundController& c, const Array& state, const Array& acceleration) {
             expect_size(acceleration, 6, "acceleration");
-            return AllocationView{c.allocate(motion_from(state), vector_from<6>(acceleration.data())), c.n_rotors, c.n_servos};
+            return AllocationView{c->allocate(motion_from(state), vector_from<6>(acceleration.data())), c->n_rotors, c->n_servos};
         }, "state"_a, "acceleration"_a)
         .def("replay", &replayed, "states"_a, "desired"_a);
     m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
@@ -169,31 +182,31 @@ void bind_loop(nb::module_& m) {
         .value("LOST", FlightStatus::lost)
         .value("NOT_FINITE", FlightStatus::not_finite)
         .value("DIVERGED", FlightStatus::diverged);
-    nb::class_<AnyFlight>(m, "Flight")
-        .def("advance", &AnyFlight::advance, nb::call_guard<nb::gil_scoped_release>(), "most_steps"_a)
-        .def("measure", [](AnyFlight& f) { return as_array(f.measure()); })
-        .def("motion", [](const AnyFlight& f) { return as_array(f.motion()); })
-        .def("desired", [](const AnyFlight& f) { return as_array(f.desired()); })
-        .def("control", [](AnyFlight& f, const Array& state, const Array& desired) {
-            const AnyAllocation a = f.control(motion_from(state), desired_from(desired));
-            f.decide(a);
-            return AllocationView{a, f.n_rotors, f.n_servos};
+    nb::class_<BoundFlight>(m, "Flight")
+        .def("advance", [](const BoundFlight& f, long most_steps) { f->advance(most_steps); }, nb::call_guard<nb::gil_scoped_release>(), "most_steps"_a)
+        .def("measure", [](const BoundFlight& f) { return as_array(f->measure()); })
+        .def("motion", [](const BoundFlight& f) { return as_array(f->motion()); })
+        .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })
+        .def("control", [](const BoundFlight& f, const Array& state, const Array& desired) {
+            return AllocationView{f->control(motion_from(state), desired_from(desired)), f->n_rotors, f->n_servos};
         }, "state"_a, "desired"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
-        .def("change_controller", &AnyFlight::change_controller, "settings"_a)
-        .def("set_effectiveness", [](AnyFlight& f, const Array& share) { f.set_effectiveness(per_rotor_from(share, f.n_rotors, "share")); }, "share"_a)
-        .def("integrate", [](AnyFlight& f, int steps, const Array& pushed) {
+        .def("change_controller", [](const BoundFlight& f, const Settings& settings) { f->change_controller(settings); }, "settings"_a)
+        .def("set_effectiveness", [](const BoundFlight& f, const Array& share) {
+            f->set_effectiveness(per_rotor_from(share, f->n_rotors, "share"));
+        }, "share"_a)
+        .def("integrate", [](const BoundFlight& f, int steps, const Array& pushed) {
             expect_size(pushed, 6, "pushed");
-            f.integrate(steps, vector_from<6>(pushed.data()));
+            f->integrate(steps, vector_from<6>(pushed.data()));
         }, "steps"_a, "pushed"_a)
-        .def("speed", [](const AnyFlight& f) { return new_array(f.speed().a, {static_cast<std::size_t>(f.n_rotors)}); })
-        .def("tilt", [](const AnyFlight& f) { return new_array(f.tilt().a, {static_cast<std::size_t>(f.n_servos)}); })
-        .def("wrench_achieved", [](const AnyFlight& f) { return new_array(f.wrench_achieved().a, {6}); })
-        .def_prop_ro("step", &AnyFlight::step)
-        .def_prop_ro("status", &AnyFlight::status);
+        .def("speed", [](const BoundFlight& f) { return new_array(f->speed().a, {static_cast<std::size_t>(f->n_rotors)}); })
+        .def("tilt", [](const BoundFlight& f) { return new_array(f->tilt().a, {static_cast<std::size_t>(f->n_servos)}); })
+        .def("wrench_achieved", [](const BoundFlight& f) { return new_array(f->wrench_achieved().a, {6}); })
+        .def("columns", [](const BoundFlight& f) { return f.columns ? Columns::arrays(f.columns) : nb::dict(); })
+        .def_prop_ro("step", [](const BoundFlight& f) { return f->step(); })
+        .def_prop_ro("status", [](const BoundFlight& f) { return f->status(); });
     m.def("new_flight", &new_flight, nb::kw_only(), "plant"_a, "model"_a, "controller"_a, "reference"_a, "start"_a, "thrust"_a, "tilt"_a,
-          "steps"_a, "control_every"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "columns"_a,
-          nb::keep_alive<0, 4>(), nb::keep_alive<0, 13>());
+          "steps"_a, "control_every"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "is_recorded"_a);
 }
 
 }  // namespace omnimorph::python

@@ -58,7 +58,7 @@ class CountedFlight final : public AnyFlight {
     Motion<double> motion() const override { return flight_.plant.motion; }
     Desired<double> desired() const override { return flight_.desired(); }
     AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) override {
-        return uncounted(flight_.controller.step(measured, desired), n_rotors);
+        return uncounted(flight_.control(measured, desired), n_rotors);
     }
     void decide(const AnyAllocation& a) override {
         flight_.decide({counted(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});

@@ -121,6 +121,6 @@ int main() {
     int completed = 0;
     for (const FlightStatus status : alone.status) completed += status == FlightStatus::completed;
     std::printf("%d of %ld flights completed; %d differ in lanes, %d in threads, %d in wider registers\n", completed, flights, lanes, threads, register_size);
-    const bool ended = alone.status[lost] == FlightStatus::lost && alone.status[overflowing] == FlightStatus::diverged && completed == flights - 2;
+    const bool ended = alone.status[lost] == FlightStatus::lost && alone.status[overflowing] == FlightStatus::not_finite && completed == flights - 2;
     return lanes == 0 && threads == 0 && register_size == 0 && ended && stops() ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -47,6 +47,7 @@ template <class T, int N> struct FactoredBoxQpSolution : BoxQpSolution<T, N> {
 namespace box_qp {
 
 template <class T> inline constexpr double tolerance = sizeof(Scalar<T>) == sizeof(double) ? 1e-13 : 1e-5;
+template <class T> inline constexpr double proven = sizeof(Scalar<T>) == sizeof(double) ? 1e-9 : 1e-4;  // by this residual
 inline constexpr int most_exchanges = 10;
 inline constexpr int most_steps = 400;
 
@@ -167,8 +168,7 @@ template <class T, int N>
 inline T kkt_residual(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& gradient) {
     T residual = T(0);
     for (int i = 0; i < qp.n; ++i) {
-        const T r = magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i]));
-        residual = select(r <= residual, residual, r);  // keeps what is not a number
+        residual = larger_or_nan(residual, magnitude(x[i] - clamp(x[i] - gradient[i], qp.lower[i], qp.upper[i])));
     }
     return residual;
 }
@@ -203,8 +203,8 @@ inline T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const
 }
 
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
-/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
-template <class T, int N, class Solution> inline void walk_down(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
+/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are. Rarely needed: cold.
+template <class T, int N, class Solution> [[gnu::cold, gnu::noinline]] void walk_down(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
     PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);

@@ -16,14 +16,14 @@ from omnimorph import _core
 from omnimorph.errors import ScenarioError
 from omnimorph.results.flights import BatchPerformance, Flights, Precision
 from omnimorph.results.many_metrics import FlightSums, metrics_from_sums
-from omnimorph.results.run import COLUMNS, Run
+from omnimorph.results.run import Run
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
 from omnimorph.simulation.loop_parts import (
     OUTCOMES,
     Flown,
     LoopParts,
     as_run,
-    empty_columns,
+    bytes_of_a_row,
     loop_parts,
     whole_number,
 )
@@ -143,11 +143,7 @@ class _Batch:
     ) -> None:
         self.scenario, self.parts, self.variation = scenario, parts, variation
         self.seed, self.first, self.precision = seed, first, precision
-        vehicle = scenario.vehicle
-        self.columns = {
-            number: empty_columns(parts.steps + 1, vehicle.n_rotors, vehicle.n_servos)
-            for number in kept
-        }
+        self.kept = kept
         module = batch_module()
         single = precision == "float32"
         self.lanes = module.lanes * (2 if single else 1)
@@ -161,7 +157,7 @@ class _Batch:
             seed=seed,
             first=first,
             variation=variation.for_core(),
-            columns={number - first: columns for number, columns in self.columns.items()},
+            recorded=[number - first for number in kept],
             single_precision=single,
             threads=self.threads,
         )
@@ -202,7 +198,7 @@ class _Batch:
             varied={name: values[finished] for name, values in self.variation.drawn.items()},
             runs={
                 number: self._run(number, status[number - self.first], wall_time)
-                for number in self.columns
+                for number in self.kept
                 if status[number - self.first] != _core.FlightStatus.FLYING
             },
             scenario_name=self.scenario.name,
@@ -224,7 +220,7 @@ class _Batch:
         truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
         factor = self.variation.drawn.get("drag_coefficient")
         flown = Flown(
-            columns=self.columns[number],
+            columns=self.core.columns(row),
             rows=self.core.last_step(row) + 1,
             outcome=OUTCOMES[status],
             seed=self.seed,
@@ -271,7 +267,7 @@ def _kept(keep: Iterable[int] | Literal["all"], first: int, n: int) -> list[int]
 
 def _refuse_more_than_memory(scenario: Scenario, rows: int, n: int, kept: int) -> None:
     """Refuse flights whose numbers, as estimated, are more than the free memory holds."""
-    needed = n * _BYTES_OF_A_FLIGHT + kept * rows * _bytes_of_a_row(scenario)
+    needed = n * _BYTES_OF_A_FLIGHT + kept * rows * bytes_of_a_row(scenario.vehicle)
     free = _free_memory()
     if needed > free:
         allowed = (
@@ -279,12 +275,6 @@ def _refuse_more_than_memory(scenario: Scenario, rows: int, n: int, kept: int) -
             f"and {free} are free"
         )
         raise ScenarioError.at("fly_many", "n", n, allowed)
-
-
-def _bytes_of_a_row(scenario: Scenario) -> int:
-    """Return the size of a row of a kept flight."""
-    columns = empty_columns(1, scenario.vehicle.n_rotors, scenario.vehicle.n_servos)
-    return 8 + sum(int(columns[column.name].nbytes) for column in COLUMNS)  # 8 for its time
 
 
 def _free_memory() -> int:

@@ -1,6 +1,7 @@
 """Which instruction set flies batches: the best that the processor has, or what a user asks for.
 
-The core of `fly_many` is compiled once for each; the variable ``OMNIMORPH_SIMD`` names another.
+The core of `fly_many` is compiled for each or, tuned for one machine, for the best that it has. The
+variable ``OMNIMORPH_SIMD`` names another.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ VARIABLE = "OMNIMORPH_SIMD"
 
 def _chosen() -> str:
     known = _core.instruction_sets()  # the best last
+    if not known:
+        raise InputError("omnimorph was built for another processor; install it again on this one.")
     asked = os.environ.get(VARIABLE, known[-1])
     if asked not in known:
         allowed = f"one that this processor has: {', '.join(known)}"

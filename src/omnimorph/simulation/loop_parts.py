@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import operator
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,10 +13,12 @@ import numpy as np
 from omnimorph import _core
 from omnimorph.control.controller import core_settings
 from omnimorph.design.files import vehicle_text
+from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import FloatArray, Reference
+from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.plant import control_steps
@@ -26,7 +30,7 @@ __all__ = [
     "Flown",
     "LoopParts",
     "as_run",
-    "empty_columns",
+    "bytes_of_a_row",
     "loop_parts",
     "whole_number",
 ]
@@ -93,7 +97,7 @@ def loop_parts(scenario: Scenario) -> LoopParts:
 class Flown(NamedTuple):
     """What a flight left behind: its columns, of which the first `rows` are filled."""
 
-    columns: dict[str, Any]
+    columns: Mapping[str, Any]
     rows: int
     outcome: Outcome
     seed: int
@@ -133,16 +137,14 @@ def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
     )
 
 
-def empty_columns(rows: int, n: int, m: int) -> dict[str, Any]:
-    """Return the columns of a run, not yet filled, for n rotors and m servos."""
-    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6, "rotor": n, "servo": m}
-    return {
-        column.name: np.empty(
-            (rows, *(sizes[dim] for dim in column.dims)),
-            dtype=np.int8 if column.name == "active" else np.float64,
-        )
+def bytes_of_a_row(vehicle: Vehicle) -> int:
+    """Return how much memory a row of a recorded flight takes."""
+    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
+    sizes |= {"rotor": vehicle.n_rotors, "servo": vehicle.n_servos}
+    return 8 + sum(  # 8 for its time
+        math.prod(sizes[dim] for dim in column.dims) * (1 if column.name == "active" else 8)
         for column in COLUMNS
-    }
+    )
 
 
 def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
@@ -157,6 +159,12 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     if not np.isfinite(rows).all():
         at = times[np.argmin(np.isfinite(rows).all(axis=1))]
         raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")
+    turned = are_rotations(rows[:, 3:12].reshape(-1, 3, 3))
+    if not turned.all():
+        k = int(np.argmin(turned))
+        place = f"attitude of the reference at {times[k]:g} s"
+        attitude = rows[k, 3:12].reshape(3, 3).tolist()
+        raise ScenarioError.at(scenario.name, place, attitude, ROTATION)
     return _core.Reference(nothing, np.ascontiguousarray(rows))
 
 

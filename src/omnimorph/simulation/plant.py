@@ -8,7 +8,7 @@ actuators at the start, middle and end of the step.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +23,7 @@ from omnimorph.errors import OmnimorphError, ScenarioError
 from omnimorph.model.core import as_core, as_tilt, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
+from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 
 __all__ = ["INTEGRATORS", "PlantModel", "SimulatedPlant", "control_steps"]
@@ -157,6 +158,8 @@ class SimulatedPlant:
         row = state_row(*start)
         if row.shape != (18,) or not np.isfinite(row).all():
             raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
+        if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
+            raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
         self._flight = flight_without_controller(
             vehicle,
             plant.build_settings(vehicle),
@@ -240,12 +243,12 @@ def flight_without_controller(
     control_every: int = 1,
     seed: int = 0,
     flight: int = 0,
-    columns: dict[str, Any] | None = None,
+    is_recorded: bool = False,
 ) -> _core.Flight:
     """Return a flight of the core that waits for commands: its own controller is never asked.
 
     `start` holds the 18 numbers of a state. `command` is in force at first, and the actuators are
-    as it asks. `columns`, if given, takes a row for each of the `steps` physics steps and one more.
+    as it asks. If it `is_recorded`, its columns have a row for each of the `steps` and one more.
     """
     rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
     unused_reference = np.concatenate([start, np.zeros(6)])
@@ -262,7 +265,7 @@ def flight_without_controller(
         lost_beyond=1e150,
         seed=seed,
         flight=flight,
-        columns={} if columns is None else columns,
+        is_recorded=is_recorded,
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from omnimorph.simulation.loop_parts import (
     OUTCOMES,
     Flown,
     as_run,
-    empty_columns,
     loop_parts,
     whole_number,
 )
@@ -43,8 +43,8 @@ class SteppedFlight:
 
     Attributes
     ----------
-    columns : dict of str to array
-        Of a run, by name, filled up to `row`; rows after that are not yet flown.
+    columns : mapping of str to array
+        Of a run, by name, read-only, filled up to `row`; rows after that are not yet flown.
     told : dict
         What the run's provenance says beside the scenario; what is done to the flight is in it.
 
@@ -65,11 +65,10 @@ class SteppedFlight:
         self.steps, self.control_every = parts.steps, parts.control_every
         self.settings = parts.controller
         self.start_command = Command(parts.thrust, parts.tilt)
-        n, m = scenario.vehicle.n_rotors, scenario.vehicle.n_servos
-        self.columns = empty_columns(self.steps + 1, n, m)
         self.core = _core.new_flight(
-            **parts._asdict(), seed=self._seed, flight=self._flight, columns=self.columns
+            **parts._asdict(), seed=self._seed, flight=self._flight, is_recorded=True
         )
+        self.columns = MappingProxyType(self.core.columns())
         self.told: dict[str, Any] = {}
         self._began = perf_counter()
 

@@ -34,7 +34,7 @@ from omnimorph.simulation.effects import (
     RotorLag,
     SpeedLimits,
 )
-from omnimorph.simulation.loop_parts import MOST_STEPS, empty_columns, whole_number
+from omnimorph.simulation.loop_parts import MOST_STEPS, whole_number
 from omnimorph.simulation.plant import PlantModel, flight_without_controller
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
 from omnimorph.units import from_SI
@@ -269,7 +269,6 @@ class ThrustStand:
     def _run(self, thrust: FloatArray, lengths: NDArray[np.int64], rows: int) -> dict[str, Any]:
         """Return the columns of the plant under commands, each in force for so many rows."""
         vehicle, at_rest = self._felt_vehicle(), np.zeros(self.vehicle.n_rotors)
-        columns = empty_columns(rows, vehicle.n_rotors, vehicle.n_servos)
         tilt = vehicle.servo_angle_min
         flight = flight_without_controller(
             vehicle,
@@ -277,7 +276,7 @@ class ThrustStand:
             state_row(np.zeros(3), np.eye(3), np.zeros(6)),
             Command(at_rest, tilt),
             steps=rows - 1,
-            columns=columns,
+            is_recorded=True,
         )
         for command, length in zip(thrust, lengths.tolist(), strict=True):
             flight.decide(command, tilt, _NO_WRENCH)
@@ -286,7 +285,7 @@ class ThrustStand:
             largest = f"{float(np.abs(thrust).max()):g} N"
             allowed = "small enough to compute with"
             raise ScenarioError.at(_PROFILE, "largest thrust", largest, allowed)
-        return columns
+        return flight.columns()
 
     def _felt_vehicle(self) -> Vehicle:
         """Return the vehicle of which the sensor bears the wrench.

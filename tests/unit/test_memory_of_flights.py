@@ -1,0 +1,76 @@
+"""What a flight writes to belongs to the flight: from Python it can be read, and no more."""
+
+from __future__ import annotations
+
+import gc
+
+import numpy as np
+import pytest
+
+import omnimorph as om
+from omnimorph.protocols import FloatArray
+
+HOVER = om.load_scenario("hover")
+
+
+def columns_of_a_flight() -> dict[str, FloatArray]:
+    flight = om.SteppedFlight(HOVER)
+    flight.step()
+    return dict(flight.columns)
+
+
+def columns_of_a_run() -> dict[str, FloatArray]:
+    run = om.fly(HOVER)
+    return {name: getattr(run, name) for name in columns_of_a_flight()}
+
+
+def columns_of_a_batch() -> dict[str, FloatArray]:
+    run = om.fly_many(HOVER, 3, keep=[1]).runs[1]
+    return {name: getattr(run, name) for name in columns_of_a_flight()}
+
+
+@pytest.fixture(params=[columns_of_a_flight, columns_of_a_run, columns_of_a_batch])
+def columns(request: pytest.FixtureRequest) -> dict[str, FloatArray]:
+    """Columns whose flight is gone."""
+    found: dict[str, FloatArray] = request.param()
+    gc.collect()
+    return found
+
+
+def test_columns_cannot_be_taken_from_a_flight_under_way() -> None:
+    flight = om.SteppedFlight(HOVER)
+    for act in ("clear", "pop", "popitem", "update", "setdefault", "__setitem__", "__delitem__"):
+        assert not hasattr(flight.columns, act)
+    flight.step()
+    whole = om.fly(HOVER)
+    np.testing.assert_array_equal(flight.columns["p_WB"][:3], whole.p_WB[:3])
+
+
+def test_columns_are_read_only_and_cannot_be_made_otherwise(columns: dict[str, FloatArray]) -> None:
+    for name, column in columns.items():
+        assert not column.flags.writeable, name
+        with pytest.raises(ValueError, match="WRITEABLE"):
+            column.flags.writeable = True
+        with pytest.raises(ValueError, match="read-only"):
+            column[0] = 0
+        owner = column
+        while isinstance(owner.base, np.ndarray):
+            owner = owner.base
+        with pytest.raises(ValueError, match="own its data"):
+            owner.resize((0,), refcheck=False)
+
+
+def test_columns_outlive_their_flight(columns: dict[str, FloatArray]) -> None:
+    kept = columns["p_WB"]
+    columns.clear()
+    gc.collect()
+    np.testing.assert_array_equal(kept[0], HOVER.reference(0.0).p_WB)
+
+
+def test_what_varies_is_copied_before_the_threads_start() -> None:
+    """The factors a batch flies with are those it was given, whatever becomes of the array."""
+    mass = np.array([0.9, 1.0, 1.1])
+    varied = om.fly_many(HOVER, 3, vary={"mass": mass}, keep=[0])
+    mass[:] = 5.0
+    again = om.fly_many(HOVER, 3, vary={"mass": np.array([0.9, 1.0, 1.1])}, keep=[0])
+    assert varied.runs[0].content_hash == again.runs[0].content_hash

@@ -25,7 +25,8 @@ KEYS = """
     attitude_error_rms_rad attitude_error_max_rad attitude_error_paper
     drag_energy_J drag_energy_paper acceleration_energy_J acceleration_energy_paper
     tilt_mean_deg tilt_max_deg tilt_min_deg
-    saturated_share speed_max_Hz power_mean_W kkt_residual_max duration_s outcome
+    saturated_share speed_max_Hz power_mean_W kkt_residual_max unproven_steps
+    position_error_last_second_m attitude_error_last_second_rad duration_s outcome
 """
 
 
@@ -157,13 +158,44 @@ def test_shares_and_extremes() -> None:
     active = np.zeros((8, 8), dtype=np.int8)
     active[2, 0], active[5, 7], active[5, 1] = 1, -1, 1
     tilt = np.deg2rad([[0.0], [10.0], [20.0], [30.0], [40.0], [50.0], [60.0], [30.0]])
-    residual = np.array([1e-12, 3e-10, 0.0, np.nan, 0.0, 0.0, 0.0, 0.0])
+    residual = np.array([1e-12, 3e-10, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     metrics = resting_run(8, active=active, tilt=tilt, kkt_residual=residual).metrics
     assert metrics.saturated_share == 0.25
     assert metrics.tilt_mean_deg == pytest.approx(30.0)
     assert metrics.tilt_max_deg == pytest.approx(60.0)
     assert metrics.tilt_min_deg == 0.0
     assert metrics.kkt_residual_max == 3e-10
+
+
+def test_a_residual_that_is_not_a_number_is_not_lost_among_others() -> None:
+    for row in range(4):
+        residual = np.full(4, 1e-12)
+        residual[row] = np.nan
+        assert math.isnan(resting_run(4, kkt_residual=residual).metrics.kkt_residual_max)
+
+
+def test_control_steps_that_are_not_proven_are_counted_once_each() -> None:
+    """Four physics steps to a control step, and the last row decides nothing."""
+    residual = np.repeat([1e-12, 2e-9, 1e-10, 1e-1, 1e-12, 5.0], 4)[:21]
+    run = resting_run(21, kkt_residual=residual)
+    four = dataclasses.replace(run.provenance, control_period=4 * run.provenance.physics_step)
+    assert dataclasses.replace(run, provenance=four).metrics.unproven_steps == 2
+    single = dataclasses.replace(four, scenario_text='{"precision": "float32"}')
+    assert dataclasses.replace(run, provenance=single).metrics.unproven_steps == 1
+    lost = dataclasses.replace(run, provenance=four, outcome=Outcome.LOST)
+    assert lost.metrics.unproven_steps == 3
+
+
+def test_the_last_second_is_judged_alone() -> None:
+    rows = 5001  # five seconds
+    p = np.zeros((rows, 3))
+    p[-1000:, 0] = 0.3
+    p[:-1000, 0] = 7.0
+    run = resting_run(rows, p_WB=p, desired_p_WB=np.zeros((rows, 3)))
+    assert run.metrics.position_error_last_second_m == pytest.approx(0.3)
+    assert run.metrics.attitude_error_last_second_rad == 0.0
+    lost = dataclasses.replace(run, outcome=Outcome.LOST)
+    assert math.isnan(lost.metrics.position_error_last_second_m)
 
 
 def test_vehicle_without_servos_has_no_tilt() -> None:
@@ -191,8 +223,8 @@ def test_a_diverged_flight_is_measured_as_far_as_it_is_finite(column: str) -> No
     changes: Any = {"outcome": Outcome.DIVERGED, column: values}
     diverged = dataclasses.replace(flown, **changes)
     cut = resting_run(60, speed=np.full((60, 8), 500.0), p_WB=np.full((60, 3), 0.1))
-    expected = dataclasses.replace(cut.metrics, outcome="diverged")
-    assert diverged.metrics == expected
+    expected = dataclasses.replace(cut, outcome=Outcome.DIVERGED).metrics
+    assert diverged.metrics.as_dict() == expected.as_dict()
 
 
 def test_numbers_too_large_to_square_become_null() -> None:
@@ -213,6 +245,7 @@ def test_a_flight_without_a_finite_row_has_no_numbers_but_an_outcome() -> None:
     values = run.metrics.as_dict()
     assert values.pop("outcome") == "not_finite"
     assert values.pop("duration_s") == 0.0
+    assert values.pop("unproven_steps") == 0
     assert set(values.values()) == {None}
 
 

@@ -30,8 +30,11 @@ struct FlightSums {
     double sine;                                        // ‖e_R‖
     double drag_power, kinetic_energy_gained;           // W, all rows but the first; J
     double tilt, tilt_min, tilt_max;                    // rad, over servos too
-    double saturated_rows, speed_max, kkt_residual_max; // speed in rad/s; -1 if no residual is a number
+    double saturated_rows, speed_max, kkt_residual_max; // speed in rad/s; NaN if a residual is none
+    double unproven_steps;                              // control steps whose residual is larger than what proves an answer
+    double last_rows, last_distance, last_angle;        // of the last second of the whole flight
 };
+inline constexpr double last_second = 1.0;
 inline constexpr int flight_sums = sizeof(FlightSums) / sizeof(double);
 
 /// The sums of the flights in the lanes of T.
@@ -45,7 +48,7 @@ template <class T, int N> class FlightMetrics {
         const Plant<T, N>& plant = flight.plant;
         counts_ = both(counts_, both(flight.flying(), is_finite(sum_of(plant))));
         rows_ += counted(T(1));
-        add_errors(plant.motion, now);
+        add_errors(plant.motion, now, flight.time_left() < last_second);
         add_rotors(plant, flight.step == 0);
         const int m = plant.settings().vehicle.n_servos;
         for (int j = 0; j < m; ++j) {
@@ -58,7 +61,8 @@ template <class T, int N> class FlightMetrics {
         T bounds = T(0);
         for (int i = 0; i < plant.settings().vehicle.n_rotors; ++i) bounds += magnitude(decided.active[i]);
         saturated_ += counted(select(bounds > T(0), T(1), T(0)));
-        raise(kkt_residual_max_, decided.kkt_residual);
+        kkt_residual_max_ = select(counts_, larger_or_nan(kkt_residual_max_, decided.kkt_residual), kkt_residual_max_);
+        if (flight.control_is_due()) unproven_ += counted(select(decided.kkt_residual > T(box_qp::proven<T>), T(1), T(0)));
     }
 
     FlightSums of(int vehicle) const {
@@ -66,7 +70,8 @@ template <class T, int N> class FlightMetrics {
         return {number(rows_),           number(distance_.value()), number(distance_squared_.value()), number(distance_max_),
                 number(angle_.value()),  number(angle_squared_.value()), number(angle_max_),           number(sine_.value()),
                 number(drag_power_.value()), number(energy_gained_.value()), number(tilt_.value()),    number(tilt_min_),
-                number(tilt_max_),       number(saturated_),        number(speed_max_),                number(kkt_residual_max_)};
+                number(tilt_max_),       number(saturated_),        number(speed_max_),                number(kkt_residual_max_),
+                number(unproven_),       number(last_rows_),        number(last_distance_.value()),    number(last_angle_.value())};
     }
 
   private:
@@ -82,7 +87,7 @@ template <class T, int N> class FlightMetrics {
         return sum;
     }
 
-    void add_errors(const Motion<T>& motion, const Desired<T>& now) {
+    void add_errors(const Motion<T>& motion, const Desired<T>& now, bool is_last) {
         const Vec3<T> e_p = motion.p - now.p;
         const T distance_squared = dot(e_p, e_p), distance = square_root(distance_squared);
         const Mat3<T> R_error = transpose_times(motion.R, now.R);
@@ -96,6 +101,10 @@ template <class T, int N> class FlightMetrics {
         angle_squared_.add(counted(angle * angle));
         raise(angle_max_, angle);
         sine_.add(counted(sine));
+        if (!is_last) return;
+        last_rows_ += counted(T(1));
+        last_distance_.add(counted(distance));
+        last_angle_.add(counted(angle));
     }
 
     /// Drag over the step that ended here; the energy that it took to spin up, of which slowing down gives nothing back.
@@ -120,10 +129,10 @@ template <class T, int N> class FlightMetrics {
 
     PerRotor<T, N> spin_inertia_, speed_squared_{};
     Mask<T> counts_ = T(0) == T(0);
-    T rows_ = T(0), saturated_ = T(0);
-    T distance_max_ = T(0), angle_max_ = T(0), speed_max_ = T(0), kkt_residual_max_ = T(-1);
+    T rows_ = T(0), saturated_ = T(0), unproven_ = T(0), last_rows_ = T(0);
+    T distance_max_ = T(0), angle_max_ = T(0), speed_max_ = T(0), kkt_residual_max_ = T(0);
     T tilt_max_ = T(-1e30), tilt_min_ = T(1e30);  // beyond any servo
-    CompensatedSum<T> distance_, distance_squared_, angle_, angle_squared_, sine_, drag_power_, energy_gained_, tilt_;
+    CompensatedSum<T> distance_, distance_squared_, angle_, angle_squared_, sine_, drag_power_, energy_gained_, tilt_, last_distance_, last_angle_;
 };
 
 }  // namespace omnimorph

@@ -7,7 +7,9 @@
 // J is convex in the thrusts and not in the tilts. So the thrusts are eliminated: φ(α) = min J(f, α) over f, a box QP in n
 // variables, and φ falls by Newton's method within the bounds. Its Hessian is the Schur complement of that of J in the
 // n + m variables, over the thrusts that are free, with the second derivatives of the wrench: among answers of one
-// wrench the effort gets all its curvature from them. A step counts only if φ falls, and is halved until it does.
+// wrench the effort gets all its curvature from them. A step counts only if φ falls, and is halved until it does. Where no
+// part of it does - φ has kinks in its slope, where a thrust reaches a limit, and curves downwards in places - the next is
+// damped: with enough of that it goes down the gradient, which is continuous, so that only a point without one ends it.
 //
 // (One box QP in n + m variables steps out of the narrow curved valley of equal wrenches, and is halved back; where the
 // effort decides, as in the paper's Case A, six servos took it more than twice as many steps.)
@@ -25,16 +27,15 @@ namespace omnimorph {
 namespace joint {
 
 template <class T> inline constexpr bool in_double = sizeof(Scalar<T>) == sizeof(double);
-template <class T> inline constexpr double tolerance = in_double<T> ? 1e-11 : 1e-5;    // of the residual
-template <class T> inline constexpr double proven = in_double<T> ? 1e-9 : 1e-4;        // the same, if J has stopped falling by this share
+template <class T> inline constexpr double tolerance = in_double<T> ? 1e-11 : 1e-5;    // of the residual; proven is enough where J stops falling
 template <class T> inline constexpr double rounding = in_double<T> ? 1e-12 : 1e-4;     // of J, relative
 template <class T> inline constexpr double least_pivot = in_double<T> ? 1e-12 : 1e-5;  // of the scaled Hessian
-inline constexpr double beyond_any_bound = 1e4;  // rad
-inline constexpr int most_steps = 40;
+inline constexpr double least_damping = 1e-3, first_damping = 0.1, most_damping = 1e8;
+inline constexpr int most_steps = 400;  // a few are usual
 inline constexpr int most_halvings = 12;
 
-/// A step x to lower x'Hx/2 + g'x within bounds, H of any sign: to the minimum over the variables that are free, and along a
-/// direction in which there is none, until a bound stops it; again with that variable held. Those `active` at first stay.
+/// A step x to lower x'Hx/2 + g'x within bounds: Newton's, but uphill to where H curves downwards it goes downhill (a pivot
+/// of LDL' counts by its size), until a bound stops it; again with that variable held. Those `active` at first stay.
 template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolution<T, M>& s) {
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);
     Mask<T> arrived = T(0) < T(0);
@@ -43,14 +44,10 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
         PerVariable<T, M> unused{};
         box_qp::take_out(qp, s.active, K, unused);
         const PerVariable<T, M> gradient = box_qp::gradient(qp, s.x);
-        PerVariable<T, M> way, downward;
-        Mask<T> unbounded = T(0) < T(0);
+        PerVariable<T, M> way;
         for (int j = 0; j < qp.n; ++j) way[j] = select(s.active[j] == T(0), -gradient[j], T(0));
-        for (int j = 0; j < qp.n; ++j) {  // LDL', up to the first negative pivot
-            const Mask<T> here = both(opposite(unbounded), K[j][j] < T(-least_pivot<T>));
-            downward[j] = select(here, T(1), T(0));
-            unbounded = either(unbounded, here);
-            const T inverse_pivot = select(unbounded, T(0), T(1) / maximum(K[j][j], T(least_pivot<T>)));
+        for (int j = 0; j < qp.n; ++j) {
+            const T inverse_pivot = T(1) / maximum(magnitude(K[j][j]), T(least_pivot<T>));
             for (int i = qp.n - 1; i > j; --i) {  // from the last row on, so that those above are still as they were
                 const T share = K[i][j] * inverse_pivot;
                 for (int l = j + 1; l <= i; ++l) K[i][l] -= share * K[l][j];
@@ -59,15 +56,10 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
             }
             way[j] = way[j] * inverse_pivot;
         }
-        T slope = T(0);
-        for (int j = qp.n - 1; j >= 0; --j) {
-            way[j] = select(unbounded, downward[j], way[j]);
+        for (int j = qp.n - 1; j >= 0; --j)
             for (int i = j + 1; i < qp.n; ++i) way[j] -= K[i][j] * way[i];
-            slope += gradient[j] * way[j];
-        }
-        const T length = select(unbounded, select(slope > T(0), T(-beyond_any_bound), T(beyond_any_bound)), T(1));
         PerVariable<T, M> target, share;
-        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + length * way[j];
+        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + way[j];
         const T least = box_qp::feasible_share(qp, s.x, target, share);
         for (int j = 0; j < qp.n; ++j) {
             const Mask<T> stopped = both(share[j] <= least, opposite(arrived)), below = target[j] < s.x[j];
@@ -105,13 +97,15 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
     using Problem::lower_, Problem::map_, Problem::scale_, Problem::upper_, Problem::vehicle_, Problem::weights_;
 
     Allocation<T, N> descended(const Target& target, const Allocation<T, N>& begin, const Allocation<T, N>& previous, const PerServo<T>& epsilon) const {
-        const int m = vehicle_.n_servos;
-        if (m == 1) return Descent<1>(*this, target, previous, epsilon).from(begin);
-        if constexpr (N > 1) {
-            if (m == N) return Descent<N>(*this, target, previous, epsilon).from(begin);
-        }
-        if constexpr (N > 2 && N % 2 == 0) {
-            if (m == N / 2) return Descent<N / 2>(*this, target, previous, epsilon).from(begin);
+        if constexpr (lane_count<T> == 1) {  // in lanes a type for each number of servos gains little, and takes long to compile
+            const int m = vehicle_.n_servos;
+            if (m == 1) return Descent<1>(*this, target, previous, epsilon).from(begin);
+            if constexpr (N > 1) {
+                if (m == N) return Descent<N>(*this, target, previous, epsilon).from(begin);
+            }
+            if constexpr (N > 2 && N % 2 == 0) {
+                if (m == N / 2) return Descent<N / 2>(*this, target, previous, epsilon).from(begin);
+            }
         }
         return Descent<0>(*this, target, previous, epsilon).from(begin);
     }
@@ -147,11 +141,15 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
             set_solved(*here, begin);
             Mask<T> done = here->residual <= T(joint::tolerance<T>);
             if (any(opposite(done))) here->best.factors = factors_of(*here);
+            T damping = T(0);
             for (int k = 0; k < joint::most_steps && any(opposite(done)); ++k) {
                 const T before = here->cost;
-                const Mask<T> moved = descend(here, spare, newton_step(*here), done);
-                const Mask<T> level = both(here->residual <= T(joint::proven<T>), here->cost >= before * T(1 - joint::proven<T>));
-                done = either(either(done, opposite(moved)), either(level, here->residual <= T(joint::tolerance<T>)));
+                const Mask<T> moved = descend(here, spare, newton_step(*here, damping), done);
+                const Mask<T> level = either(opposite(moved), here->cost >= before * T(1 - box_qp::proven<T>));
+                const T less = select(damping > T(joint::least_damping), damping * T(1.0 / 16), T(0));
+                damping = select(moved, less, maximum(T(4) * damping, T(joint::first_damping)));
+                done = either(done, either(here->residual <= T(joint::tolerance<T>), both(level, here->residual <= T(box_qp::proven<T>))));
+                done = either(done, damping > T(joint::most_damping));
             }
             return answer(*here);
         }
@@ -215,17 +213,20 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
                 const T change = p.tilt[j] - stay_[j];
                 p.cost += change_weight_[j] * change * change;
                 p.gradient[j] = p.thrusts.unit * (change_weight_[j] * change - dot(miss, p.turning[j]));
-                const T r = magnitude(p.tilt[j] - clamp(p.tilt[j] - p.gradient[j], lower_[j], upper_[j]));
-                p.residual = select(r <= p.residual, p.residual, r);  // keeps what is not a number
+                p.residual = larger_or_nan(p.residual, magnitude(p.tilt[j] - clamp(p.tilt[j] - p.gradient[j], lower_[j], upper_[j])));
             }
         }
 
-        /// The increments of the tilts, and where they end at a bound.
-        BoxQpSolution<T, M> newton_step(const Point<M>& p) const {
+        /// The increments of the tilts, and where they end at a bound. Damping, a share of the largest entry on the diagonal of
+        /// the Hessian that is added to all of them, turns the step into a short one down the gradient.
+        BoxQpSolution<T, M> newton_step(const Point<M>& p, const T& damping) const {
             BoxQp<T, M> qp(m_);
             BoxQpSolution<T, M> step;
             set_reduced_hessian(p, qp);
+            T largest = T(0);
+            for (int j = 0; j < m_; ++j) largest = maximum(largest, magnitude(qp.H[j][j]));
             for (int j = 0; j < m_; ++j) {
+                qp.H[j][j] += damping * largest;
                 qp.g[j] = p.gradient[j];
                 qp.lower[j] = lower_[j] - p.tilt[j];
                 qp.upper[j] = upper_[j] - p.tilt[j];

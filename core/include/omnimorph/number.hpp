@@ -152,6 +152,8 @@ template <class T> inline T with_sign(const T& x, const T& sign) {
     return select(sign < T(0), -magnitude(x), magnitude(x));
 }
 template <class T> inline Mask<T> is_finite(const T& x) { return (x - x) == T(0); }
+/// The larger of two numbers, and not a number if one of them is none.
+template <class T> inline T larger_or_nan(const T& a, const T& b) { return select(either(a >= b, opposite(a == a)), a, b); }
 
 /// sin x and cos x in every lane, for |x| up to about 1e5, to the last bit or two of a double.
 ///

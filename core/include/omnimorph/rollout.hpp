@@ -65,7 +65,9 @@ template <class T, int N> class Flight {
 
     Desired<T> desired() const { return cast<T>(reference_.at(step, time())); }
     double time() const { return double(step) * plant.settings().step; }
-    bool control_is_due() const { return step % settings_.control_every == 0; }
+    bool control_is_due() const { return step % settings_.control_every == 0 && step < settings_.steps; }
+    /// How long before the end of the whole flight, s.
+    double time_left() const { return double(settings_.steps - step) * plant.settings().step; }
 
     FlightStatus status(int vehicle = 0) const { return status_[vehicle]; }
     /// The row at which its flight ended, or has come to.
@@ -79,10 +81,9 @@ template <class T, int N> class Flight {
     template <class Watch> void advance(long most_steps, Watch&& watch) {
         for (long k = 0; k < most_steps && !is_over(); ++k) {
             const Desired<T> now = desired();
-            if (control_is_due() && step < settings_.steps) {
+            if (control_is_due()) {
                 if (any(opposite(flying_))) park(now);
-                decided_ = &controller.step(measure(), now);
-                plant.send(step, decided_->command);
+                control(measure(), now);
             }
             watch(now);
             integrate(now, Vec6<T>::zero());
@@ -97,6 +98,13 @@ template <class T, int N> class Flight {
         const Allocation<T, N> last = controller.last;
         controller = Controller<T, N>(model, settings, last.command);
         controller.last = last;
+    }
+
+    /// Let the core's controller decide, and send its command.
+    const Allocation<T, N>& control(const Motion<T>& measured, const Desired<T>& now) {
+        decided_ = &controller.step(measured, now);
+        plant.send(step, decided_->command);
+        return *decided_;
     }
 
     /// Put a command from outside on its way to the motors; it is what the record shows until the next one.
@@ -133,15 +141,26 @@ template <class T, int N> class Flight {
     }
 
   private:
+    /// Whether all that was decided is numbers; from outside comes a command alone.
+    Mask<T> decided_in_numbers() const {
+        T sum = decided_ == &controller.last ? decided_->cost + decided_->kkt_residual : T(0);
+        for (int i = 0; i < plant.settings().vehicle.n_rotors; ++i) sum += decided_->command.thrust[i];
+        for (int j = 0; j < plant.settings().vehicle.n_servos; ++j) sum += decided_->command.tilt[j];
+        return is_finite(sum);
+    }
+
     void judge(const Desired<T>& now) {
         const Vec3<T> e = now.p - plant.motion.p;
         const T distance2 = dot(e, e), turning = dot(plant.motion.w, plant.motion.w);
         const Mask<T> finite = both(is_finite(distance2), is_finite(turning));
         const Mask<T> near = both(finite, opposite(distance2 > T(settings_.lost_beyond * settings_.lost_beyond)));
-        if (step != settings_.steps && !any(both(flying_, opposite(near)))) return;
+        const Mask<T> commanded = control_is_due() ? decided_in_numbers() : T(0) == T(0);
+        if (step != settings_.steps && !any(both(flying_, opposite(both(near, commanded))))) return;
         for (int l = 0; l < vehicles; ++l) {
             if (!is_set(finite, l)) {
                 end(l, FlightStatus::diverged);
+            } else if (!is_set(commanded, l)) {
+                end(l, FlightStatus::not_finite);
             } else if (!is_set(near, l)) {
                 end(l, FlightStatus::lost);
             } else if (step == settings_.steps) {

@@ -20,6 +20,7 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import rotor_speed
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
+from omnimorph.reference.rows import ROTATION, are_rotations
 
 __all__ = ["HoverMap", "HoverPoint", "hover", "hover_map", "hover_power", "sphere_directions"]
 
@@ -230,12 +231,9 @@ def _weight(vehicle: Vehicle, up: FloatArray) -> FloatArray:
 
 def _as_attitude(vehicle: Vehicle, R_WB: ArrayLike) -> FloatArray:
     R = np.asarray(R_WB, dtype=np.float64)
-    if R.shape == (3, 3) and np.isfinite(R).all():
-        proper = float(np.linalg.det(R)) > 0.0
-        if proper and float(np.abs(R @ R.T - np.eye(3)).max()) < 1e-6:
-            return R
-    allowed = "a rotation matrix, 3 x 3, orthonormal to 1e-6"
-    raise VehicleError.at(f"vehicle {vehicle.name}", "R_WB", R_WB, allowed)
+    if R.shape == (3, 3) and np.isfinite(R).all() and are_rotations(R[None]).all():
+        return R
+    raise VehicleError.at(f"vehicle {vehicle.name}", "R_WB", R_WB, ROTATION)
 
 
 def _as_directions(vehicle: Vehicle, up: ArrayLike) -> FloatArray:

@@ -105,7 +105,7 @@ def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
         text=_as_text(scenario, run, out),
         data=_as_data(scenario, run, out),
         code=0 if completed else NOT_COMPLETED,
-        complaint="" if completed else _complaint(scenario, run),
+        complaint=_complaint(scenario, run),
     )
 
 
@@ -116,8 +116,19 @@ def _folder_name(scenario: str, changes: list[str], seed: int) -> str:
 
 
 def _complaint(scenario: Scenario, run: Run) -> str:
+    """Return what is wrong with a flight, in a line each; nothing if all is well."""
     flown, whole = float(run.time[-1]), scenario.reference.duration
-    return f"{scenario.name}: {run.outcome.value} It flew {flown:g} s of {whole:g} s."
+    told = []
+    if run.outcome.name != "COMPLETED":
+        told.append(f"{run.outcome_sentence} It flew {flown:g} s of {whole:g} s.")
+    elif run.outcome_sentence != run.outcome.value:
+        told.append(run.outcome_sentence)
+    if unproven := run.metrics.unproven_steps:
+        told.append(
+            f"{unproven} control steps are not proven: the KKT residual of their allocation is up "
+            f"to {run.metrics.kkt_residual_max:.1e}."
+        )
+    return "\n".join(f"{scenario.name}: {line}" for line in told)
 
 
 def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
@@ -129,7 +140,7 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
             f"vehicle {scenario.vehicle.name}, plant {provenance.plant_name}, "
             f"seed {provenance.seed}",
             "",
-            run.outcome.value,
+            run.outcome_sentence,
             "",
             console.table(_measures(run.metrics.as_dict()), align="lr"),
             "",
@@ -160,7 +171,7 @@ def _as_data(scenario: Scenario, run: Run, out: Path) -> dict[str, Any]:
         "plant": run.provenance.plant_name,
         "seed": run.provenance.seed,
         "outcome": run.outcome.name.lower(),
-        "outcome_sentence": run.outcome.value,
+        "outcome_sentence": run.outcome_sentence,
         "metrics": run.metrics.as_dict(),
         "wall_time_s": run.performance.wall_time,
         "real_time_factor": run.performance.real_time_factor,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import math
 import time
 from typing import Any
 
@@ -208,7 +209,7 @@ class LivePage:
 def _told(event: dict[str, Any]) -> str:
     """Return in words what was done to a flight."""
     if event["kind"] == "push":
-        return f"pushed with {float(np.linalg.norm(event['force_N'])):.1f} N"
+        return f"pushed with {math.hypot(*event['force_N']):.1f} N"
     if event["kind"] == "controller":
         return f"controller of {html.escape(event['scenario'])}"
     cut = [str(rotor + 1) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]

@@ -15,6 +15,7 @@ Columns of a row, in the order of `omnimorph.protocols.Desired`:
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnimorph.protocols import Desired, FloatArray
 
@@ -25,6 +26,9 @@ VELOCITY = slice(12, 15)
 BODY_RATE = slice(15, 18)
 ACCELERATION = slice(18, 21)
 BODY_RATE_DERIVATIVE = slice(21, 24)
+
+ROTATION = "a rotation matrix, 3 x 3, orthonormal to 1e-6"
+_ORTHONORMAL = 1e-6
 
 
 def desired_from_row(row: FloatArray) -> Desired:
@@ -37,6 +41,13 @@ def desired_from_row(row: FloatArray) -> Desired:
         a_WB=row[ACCELERATION],
         dw_WB_B=row[BODY_RATE_DERIVATIVE],
     )
+
+
+def are_rotations(R: FloatArray) -> NDArray[np.bool_]:
+    """Tell which of (K, 3, 3) finite matrices are rotations, to 1e-6."""
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is none
+        apart = np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max(axis=(1, 2))
+        return np.asarray((apart < _ORTHONORMAL) & (np.linalg.det(R) > 0.0))
 
 
 def cross_matrix(vector: FloatArray) -> FloatArray:

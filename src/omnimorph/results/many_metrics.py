@@ -25,7 +25,8 @@ class FlightSums(NamedTuple):
     Over all finite rows: how many, ‖p − p_d‖ (m), its square and maximum, the angle between R and
     R_d (rad) likewise, ‖e_R‖, drag power (W, without the first row), kinetic energy that the rotors
     gained (J), tilt (rad, over servos too) with its extremes, rows with a thrust at a limit, the
-    largest speed (rad/s) and KKT residual (−1 if there is none).
+    largest speed (rad/s) and KKT residual, control steps that were not proven; of the last second:
+    rows, ‖p − p_d‖ and the angle.
     """
 
     rows: FloatArray
@@ -44,6 +45,10 @@ class FlightSums(NamedTuple):
     saturated_rows: FloatArray
     speed_max: FloatArray
     kkt_residual_max: FloatArray
+    unproven_steps: FloatArray
+    last_rows: FloatArray
+    last_distance: FloatArray
+    last_angle: FloatArray
 
 
 class ManyMetrics:
@@ -83,7 +88,7 @@ class ManyMetrics:
 
     def __getitem__(self, row: int) -> Metrics:
         """Return the metrics of the flight in one row."""
-        numbers = {name: float(column[row]) for name, column in self._columns.items()}
+        numbers = {name: column[row].item() for name, column in self._columns.items()}
         return Metrics(**numbers, outcome=self.outcome[row])
 
     def as_dict(self) -> dict[str, Any]:
@@ -107,10 +112,11 @@ def metrics_from_sums(
     n_servos : int
         Over which the tilts are summed.
     """
-    residual = sums.kkt_residual_max
+    completed = np.array([outcome is Outcome.COMPLETED for outcome in outcomes])
     with np.errstate(all="ignore"):  # a flight without a finite row has no mean
         rows = np.where(sums.rows > 0, sums.rows, np.nan)
         duration = np.where(sums.rows > 0, physics_step * (sums.rows - 1), 0.0)
+        last_rows = np.where(completed, sums.last_rows, np.nan)
         drag = physics_step * sums.drag_power + 0.0 * rows
         spin_up = sums.energy_gained + 0.0 * rows
         tilts = rows * n_servos if n_servos else np.inf
@@ -132,7 +138,10 @@ def metrics_from_sums(
             "saturated_share": sums.saturated_rows / rows,
             "speed_max_Hz": sums.speed_max / _TURN + 0.0 * rows,
             "power_mean_W": np.where(duration > 0, drag / duration, np.nan),
-            "kkt_residual_max": np.where(residual < 0, np.nan, residual) + 0.0 * rows,
+            "kkt_residual_max": sums.kkt_residual_max + 0.0 * rows,
+            "unproven_steps": sums.unproven_steps.astype(np.int64),
+            "position_error_last_second_m": sums.last_distance / last_rows,
+            "attitude_error_last_second_rad": sums.last_angle / last_rows,
             "duration_s": duration,
         }
     return ManyMetrics(columns, outcomes)

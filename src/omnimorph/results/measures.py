@@ -40,6 +40,11 @@ MEASURES: Mapping[str, Measure] = {
     "speed_max_Hz": Measure("fastest rotor", 1.0, "Hz"),
     "saturated_share": Measure("share of time with a rotor at its limit", 100.0, "%"),
     "kkt_residual_max": Measure("largest KKT residual of the allocation", 1.0, "–"),
+    "unproven_steps": Measure("control steps whose allocation is not proven", 1.0, "–"),
+    "position_error_last_second_m": Measure("position error over the last second", 1e3, "mm"),
+    "attitude_error_last_second_rad": Measure(
+        "attitude error over the last second", math.degrees(1.0), "°"
+    ),
     "duration_s": Measure("time flown", 1.0, "s"),
 }
 """Key of ``metrics.json`` -> how it is shown, in the order in which people read them."""

@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Metrics", "metrics_from_run"]
 
+PROOF, PROOF_IN_SINGLE_PRECISION = 1e-9, 1e-4
+"""An allocation whose KKT residual is not larger proves itself."""
+LAST_SECOND = 1.0
+"""Over which the end of a flight is judged, s."""
+
 _TURN = 2.0 * math.pi
 _BLOCK = 2048  # rows worked on at once: small enough to stay in the cache
 
@@ -61,6 +66,11 @@ class Metrics:
         `drag_energy_J` / `duration_s`; not a number if nothing was flown.
     kkt_residual_max : float
         Largest KKT residual of the allocation; not a number if the allocator gives none.
+    unproven_steps : int
+        How many control steps the core's allocation did not prove: their KKT residual is larger
+        than 1e-9, or 1e-4 in single precision.
+    position_error_last_second_m, attitude_error_last_second_rad : float
+        Mean of ‖p − p_d‖ and of θ over the last second; not a number if the flight ended before.
     duration_s : float
         Time flown.
     outcome : str
@@ -85,6 +95,9 @@ class Metrics:
     speed_max_Hz: float
     power_mean_W: float
     kkt_residual_max: float
+    unproven_steps: int
+    position_error_last_second_m: float
+    attitude_error_last_second_rad: float
     duration_s: float
     outcome: str
 
@@ -151,7 +164,10 @@ def _measured(run: Run, rows: int) -> Metrics:
         saturated_share=float(run.active[:rows].any(axis=1).mean()),
         speed_max_Hz=speed_max / _TURN,
         power_mean_W=drag / duration if duration > 0 else math.nan,
-        kkt_residual_max=float(np.fmax.reduce(run.kkt_residual[:rows])),
+        kkt_residual_max=float(run.kkt_residual[:rows].max()),
+        unproven_steps=_unproven_steps(run, rows),
+        position_error_last_second_m=_mean_of_last_second(run, distance),
+        attitude_error_last_second_rad=_mean_of_last_second(run, angle),
         duration_s=duration,
         outcome=run.outcome.name.lower(),
     )
@@ -174,6 +190,24 @@ def _errors(run: Run, rows: int) -> tuple[FloatArray, FloatArray, FloatArray]:
         cosine = 0.5 * (E[0, 0] + E[1, 1] + E[2, 2] - 1.0)
         angle[block] = np.arctan2(sine[block], cosine)
     return distance, angle, sine
+
+
+def _mean_of_last_second(run: Run, values: FloatArray) -> float:
+    """Return the mean over the last second of a flight that came to its end."""
+    if run.outcome.name != "COMPLETED" or len(values) < len(run.time):
+        return math.nan
+    left = run.provenance.physics_step * np.arange(len(values) - 1, -1, -1)
+    return float(values[left < LAST_SECOND].mean())
+
+
+def _unproven_steps(run: Run, rows: int) -> int:
+    """Return how many control steps were not proven; where nothing was decided there is none."""
+    flown = run.provenance
+    every = max(round(flown.control_period / flown.physics_step), 1)
+    decided = rows - 1 if run.outcome.name == "COMPLETED" else rows
+    single = '"precision": "float32"' in flown.scenario_text
+    proof = PROOF_IN_SINGLE_PRECISION if single else PROOF
+    return int(np.count_nonzero(run.kkt_residual[:decided:every] > proof))
 
 
 def _rotor_energies(run: Run, rows: int) -> tuple[float, float, float]:
@@ -217,5 +251,5 @@ def _nothing(run: Run) -> Metrics:
     """Return the metrics of a run without one finite row."""
     names = [field.name for field in dataclasses.fields(Metrics)]
     values = dict.fromkeys(names, math.nan)
-    values["duration_s"] = 0.0
+    values |= {"duration_s": 0.0, "unproven_steps": 0}
     return Metrics(**values | {"outcome": run.outcome.name.lower()})  # type: ignore[arg-type]

@@ -258,6 +258,13 @@ class Run:
         """The numbers of the run, named as the keys of ``metrics.json``."""
         return metrics_from_run(self)
 
+    @property
+    def outcome_sentence(self) -> str:
+        """How the flight ended, and whether it was far from its reference then."""
+        from omnimorph.results.followed import sentence_of
+
+        return sentence_of(self)
+
     @cached_property
     def content_hash(self) -> str:
         """SHA-256 over the columns, the outcome and the provenance, as hexadecimal text.

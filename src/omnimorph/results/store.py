@@ -150,7 +150,7 @@ def _write(file: Any, run: Run, compression: int) -> None:
     file.attrs["schema"] = _text(SCHEMA)
     file.attrs["schema_version"] = SCHEMA_VERSION
     file.attrs["outcome"] = _text(run.outcome.name.lower())
-    file.attrs["outcome_sentence"] = _text(run.outcome.value)
+    file.attrs["outcome_sentence"] = _text(run.outcome_sentence)
     for attribute, name in _ATTRIBUTES.items():
         value = getattr(run.provenance, name)
         file.attrs[attribute] = _text(value) if isinstance(value, str) else value

@@ -254,7 +254,7 @@ def notices(
         if _norm(frame.missed_W) > MISSED * flight.vehicle.mass * GRAVITY:
             lines.append(f"{name}force missed: {_norm(frame.missed_W):.2f} N")
         if frame.time >= flight.duration if at_the_end is None else at_the_end:
-            lines.append(f"{name}{html.escape(flight.run.outcome.value)}")
+            lines.append(f"{name}{html.escape(flight.run.outcome_sentence)}")
     shade = "background:#fdf1e3;border-left:3px solid #d55e00;padding:4px 8px;margin:4px 8px"
     style = f' style="{shade}"' if lines else ""
     return f'<div id="notices"{style}>{"<br>".join(lines)}</div>'

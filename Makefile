@@ -27,7 +27,7 @@ SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: setup reproduce test test-all check format stub bench lock clean help always
+.PHONY: setup reproduce test test-slow test-all check format stub bench lock clean help always
 
 setup: $(VENV)/installed  ## make .venv, install the locked packages, build and install omnimorph
 
@@ -37,8 +37,10 @@ reproduce: setup  ## reproduce the paper, claim by claim, in reproduction/report
 test: setup  ## the quick tests
 	$(BIN)/python -m pytest $(IN_PARALLEL) -m "not slow"
 
-test-all: setup  ## every test; needs clang, qemu, chromium and ffmpeg (.ci/run has the packages)
-	$(BIN)/python -m pytest $(IN_PARALLEL)
+test-slow: setup  ## all other tests; need clang, qemu, chromium and ffmpeg (.ci/run has the packages)
+	$(BIN)/python -m pytest $(IN_PARALLEL) -m slow
+
+test-all: test test-slow  ## both
 
 check: setup  ## format, lint, types, import layers
 	$(BIN)/ruff format --check .

@@ -26,7 +26,6 @@ OF_THE_INTERFACE = [
     "tests/unit/test_thrust_stand.py",
     "tests/unit/test_tilt_cost.py",
     "tests/unit/test_interference.py",
-    "tests/unit/test_analyze.py",
     "tests/physics/test_many_flights.py",
     "tests/physics/test_wrench_sets.py",
 ]

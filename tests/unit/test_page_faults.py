@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -148,7 +149,17 @@ def test_a_design_that_is_explored_goes_on_after_a_fault(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_page_writes_so_many_files_and_no_more(server: Any, tmp_path: Path) -> None:
+def test_a_page_writes_so_many_files_and_no_more(
+    server: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    free_name = explorer_page._free_name
+
+    def slowly(folder: Path, name: str) -> Path:
+        path = free_name(folder, name)
+        time.sleep(2e-3)  # in which another thread could find the same
+        return path
+
+    monkeypatch.setattr(explorer_page, "_free_name", slowly)
     out = tmp_path / "designs"
     page = ExplorerPage(server, om.load_vehicle("quadrotor"), out=out)
     with Visitor(address_of(server)) as visitor:

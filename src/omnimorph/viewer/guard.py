@@ -179,7 +179,7 @@ class Guard:
             known["GetRenderResponseMessage"] = _is_picture
         try:
             message = msgspec.msgpack.decode(raw)
-            return type(raw) is bytes and known[message.pop("type")](**message)
+            return known[message.pop("type")](**message)
         except Exception:  # whatever is wrong with it
             return False
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.visitor import Visitor, wait_until
+from tests.visitor import CAMERA, Visitor, wait_until
 
 import omnimorph as om
 from omnimorph.live import page as live_page
@@ -46,7 +46,7 @@ def fails(*_: object) -> None:
 def flown(page: LivePage) -> tuple[threading.Thread, list[om.Run]]:
     """Fly a page in a thread of its own; return it, and where the run will be."""
     runs: list[om.Run] = []
-    thread = threading.Thread(target=lambda: runs.append(page.fly()))
+    thread = threading.Thread(target=lambda: runs.append(page.fly()), daemon=True)
     thread.start()
     return thread, runs
 
@@ -128,6 +128,44 @@ def test_a_flight_that_is_shown_goes_on_after_a_fault(
         visitor.set(found["time, s"], 0.5)
         wait_until(lambda: page.playback.time == 0.5)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_flight_that_plays_stops_at_a_fault_and_can_be_played_again(
+    server: Any, faults: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = FlightPage(server, [Flight(om.fly(HOVER), "hover")])
+    playing = threading.Thread(target=page.play, daemon=True)
+    playing.start()
+    with Visitor(address_of(server)) as visitor:
+        visitor.look()
+        play = visitor.controls()["Play"]
+        with monkeypatch.context() as broken:
+            broken.setattr(page.scene, "show", fails)
+            visitor.set(play, True)
+            wait_until(lambda: faults)
+            assert not page.playback.is_playing
+        visitor.set(play, True)
+        wait_until(lambda: page.playback.time > 0.2)
+    page.close()
+    playing.join(timeout=30.0)
+    assert faults == ["ValueError: this <went> wrong"]
+
+
+def test_a_camera_in_the_middle_of_the_vehicle_does_not_stop_the_flight(
+    server: Any, faults: list[str]
+) -> None:
+    page = FlightPage(server, [Flight(om.fly(HOVER), "hover")])
+    frame = page.scene.show(0.0)[0]
+    middle = page.scene.actors[0].middle(frame).tolist()
+    with Visitor(address_of(server)) as visitor:
+        visitor.say(**CAMERA | {"position": middle, "look_at": [middle[0] + 1.0, *middle[1:]]})
+        wait_until(server.get_clients)
+        found = visitor.controls()
+        visitor.set(found["camera"], "follow")
+        wait_until(lambda: page._followed is not None)
+        visitor.set(found["time, s"], 0.5)
+        wait_until(lambda: page.playback.time == 0.5 and page._slider.value == 0.5)
+    assert faults == []
 
 
 def test_a_design_that_is_explored_goes_on_after_a_fault(

@@ -205,6 +205,11 @@ def malformed(server: Any) -> Iterator[bytes | str]:
     for name in ("fov", "near", "far", "image_height", "image_width"):
         for wrong in (np.nan, np.inf, "1", None, True):
             yield pack(CAMERA | {name: wrong})
+    yield pack(CAMERA | {"image_height": 0})
+    yield pack(CAMERA | {"image_width": -1})
+    yield pack(CAMERA | {"position": [1e300, 0.0, 0.0]})
+    yield pack(CAMERA | {"position": CAMERA["look_at"]})
+    yield pack(CAMERA | {"up_direction": [0, 0, 0]})
     kinds = {
         "ShareUrlRequest": {},
         "ShareUrlDisconnect": {},

@@ -106,7 +106,7 @@ def make_seed_a_list(file: Any) -> None:
         (write_with_newer_schema, "its schema version is 2 (by omnimorph 9.0)"),
         (write_with_odd_schema, 'schema_version is "first", but it must be an integer'),
         (rename_schema, "not a run of omnimorph"),
-        (rename_outcome, 'outcome is "splendid", but it must be one of completed, lost'),
+        (rename_outcome, 'outcome is "splendid", but it must be one of completed, under_way'),
         (cut_column, "its content does not match its hash"),
         (change_vehicle, "its content does not match its hash"),
         (make_seed_a_list, "seed is [1, 2], but it must be an integer"),

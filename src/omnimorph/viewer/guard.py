@@ -34,10 +34,10 @@ _HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:/@\[\]\s]+)(:\d+)?")
 _HEADERS = {
     "X-Frame-Options": "DENY",  # no page of others may lie over it and borrow its clicks
     "Referrer-Policy": "no-referrer",  # the address is a secret
-    "X-Content-Type-Options": "nosniff",
 }
 _PROTOCOL: Any = f"viser-v{viser.__version__}"  # how the page in the browser calls what it speaks
 _VECTORS_OF_CAMERA = {"wxyz": 4, "position": 3, "look_at": 3, "up_direction": 3}
+_FARTHEST = 1e9  # m from where somebody looks
 _ROUNDING = 1e-7  # the browser writes a slider's value with at most seven decimals
 _PATIENCE = 10.0  # s for the first try of a new server
 
@@ -176,7 +176,9 @@ class Guard:
         known: dict[str, Callable[..., bool]]
         known = {"GuiUpdateMessage": self._is_update, "ViewerCameraMessage": _is_camera}
         if self.takes_pictures:
-            known["GetRenderResponseMessage"] = _is_picture
+            known["GetRenderResponseMessage"] = lambda payload, render_uuid: (
+                type(payload) is bytes and type(render_uuid) is str
+            )
         try:
             message = msgspec.msgpack.decode(raw)
             return known[message.pop("type")](**message)
@@ -237,12 +239,14 @@ def _is_camera(
 ) -> bool:
     """Tell whether a message says from where somebody looks."""
     numbers = [fov, near, far, image_height, image_width, *itertools.chain(*vectors.values())]
-    lengths = {name: len(vector) for name, vector in vectors.items()}
-    return lengths == _VECTORS_OF_CAMERA and _are_numbers(*numbers)
-
-
-def _is_picture(*, payload: Any, render_uuid: Any) -> bool:
-    return type(payload) is bytes and type(render_uuid) is str
+    return (
+        {name: len(vector) for name, vector in vectors.items()} == _VECTORS_OF_CAMERA
+        and _are_numbers(*numbers)
+        and max(map(abs, numbers)) <= _FARTHEST
+        and min(image_height, image_width) >= 1
+        and any(vectors["up_direction"])
+        and bool(vectors["look_at"] != vectors["position"])
+    )
 
 
 def _are_numbers(*values: Any) -> bool:

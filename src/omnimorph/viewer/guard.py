@@ -110,7 +110,7 @@ class Guard:
         return server
 
     def _serve(
-        self, serve: Any, handle: Any, *where: Any, process_request: Any, **options: Any
+        self, serve: Any, handle: Any, *where: Any, process_request: Any = None, **options: Any
     ) -> Any:
         """Open a port as viser asks for it, with a look at what comes in."""
 

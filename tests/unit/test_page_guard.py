@@ -29,6 +29,7 @@ from omnimorph.viewer.server import address_of, new_server, stop
 
 HOVER = om.load_scenario("hover")
 FORBIDDEN = 403
+PACK = msgspec.msgpack.encode
 
 
 @pytest.fixture
@@ -165,13 +166,21 @@ def test_every_start_has_an_address_of_its_own(closed: Any, elsewhere: Any) -> N
 
 def malformed(server: Any) -> Iterator[bytes | str]:
     """Yield what no control of a live page sends."""
-    pack = msgspec.msgpack.encode
+    yield from ("", "pace", b"", b"\xc1", b"\x91" * 5000, b"\xff" * 100_000)
+    yield from wrong_values(server)
+    yield from wrong_messages(control(server, "Pause")._impl.uuid)
+    chance = random.Random(13)
+    for _ in range(100):
+        yield chance.randbytes(chance.randrange(1, 200))
+
+
+def wrong_values(server: Any) -> Iterator[bytes]:
+    """Yield what the controls of a live page cannot be set to."""
 
     def update(of: str, /, **updates: Any) -> bytes:
         uuid = control(server, of)._impl.uuid
-        return pack({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
+        return PACK({"type": "GuiUpdateMessage", "uuid": uuid, "updates": updates})
 
-    yield from ("", "pace", b"", b"\xc1", b"\x91" * 5000, b"\xff" * 100_000)
     for word in ("warp", "", "real time ", "real time\0", 1.0, True, None, ["half"], {"a": 1}):
         yield update("pace", value=word)
     wrong: Any
@@ -191,26 +200,30 @@ def malformed(server: Any) -> Iterator[bytes | str]:
         yield update("Pause", **{name: None})
         yield update("Pause", value=True, **{name: None})
     yield update("pace")
-    yield pack({"type": "GuiUpdateMessage", "uuid": "nobody", "updates": {"value": True}})
-    yield pack({"type": "GuiUpdateMessage", "uuid": ["a"], "updates": {"value": True}})
-    uuid = control(server, "Pause")._impl.uuid
-    yield pack({"type": "GuiUpdateMessage", "uuid": uuid, "updates": [["value", True]]})
-    yield pack({"type": "GuiUpdateMessage", "uuid": uuid})
-    yield pack({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}, "more": 1})
-    yield pack({"type": ["GuiUpdateMessage"]})
-    yield pack(["GuiUpdateMessage", uuid])
+
+
+def wrong_messages(uuid: str) -> Iterator[bytes]:
+    """Yield messages that are misshapen, or that the page has no use for; one button is `uuid`."""
+    wrong: Any
+    yield PACK({"type": "GuiUpdateMessage", "uuid": "nobody", "updates": {"value": True}})
+    yield PACK({"type": "GuiUpdateMessage", "uuid": ["a"], "updates": {"value": True}})
+    yield PACK({"type": "GuiUpdateMessage", "uuid": uuid, "updates": [["value", True]]})
+    yield PACK({"type": "GuiUpdateMessage", "uuid": uuid})
+    yield PACK({"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}, "more": 1})
+    yield PACK({"type": ["GuiUpdateMessage"]})
+    yield PACK(["GuiUpdateMessage", uuid])
     for name in ("wxyz", "position", "look_at", "up_direction"):
         for wrong in ([], [0.0] * 5, [np.nan] * 4, "wxyz", None, [[0.0]] * 3):
-            yield pack(CAMERA | {name: wrong})
+            yield PACK(CAMERA | {name: wrong})
     for name in ("fov", "near", "far", "image_height", "image_width"):
         for wrong in (np.nan, np.inf, "1", None, True):
-            yield pack(CAMERA | {name: wrong})
-    yield pack(CAMERA | {"image_height": 0})
-    yield pack(CAMERA | {"image_width": -1})
-    yield pack(CAMERA | {"position": [1e300, 0.0, 0.0]})
-    yield pack(CAMERA | {"position": CAMERA["look_at"]})
-    yield pack(CAMERA | {"up_direction": [0, 0, 0]})
-    kinds = {
+            yield PACK(CAMERA | {name: wrong})
+    yield PACK(CAMERA | {"image_height": 0})
+    yield PACK(CAMERA | {"image_width": -1})
+    yield PACK(CAMERA | {"position": [1e300, 0.0, 0.0]})
+    yield PACK(CAMERA | {"position": CAMERA["look_at"]})
+    yield PACK(CAMERA | {"up_direction": [0, 0, 0]})
+    kinds: dict[str, dict[str, Any]] = {
         "ShareUrlRequest": {},
         "ShareUrlDisconnect": {},
         "CommandTriggerMessage": {"uuid": uuid},
@@ -225,10 +238,7 @@ def malformed(server: Any) -> Iterator[bytes | str]:
         "Message": {},
     }
     for kind, fields in kinds.items():
-        yield pack({"type": kind, **fields})
-    chance = random.Random(13)
-    for _ in range(100):
-        yield chance.randbytes(chance.randrange(1, 200))
+        yield PACK({"type": kind, **fields})
 
 
 def state_of(server: Any) -> list[Any]:

@@ -26,7 +26,7 @@ def test_a_flight_that_diverges_is_shown_and_kept() -> None:
     finally:
         stop(server)
     assert run.outcome is om.Outcome.DIVERGED
-    assert not (np.abs(run.p_WB[-1]) < 1e154).all(), "its square is finite"
+    assert not np.isfinite(np.square(run.p_WB[-1])).all()
 
 
 def test_a_push_lasts_as_long_as_it_says() -> None:

@@ -66,7 +66,7 @@ def _address(process: subprocess.Popen[str]) -> str:
             if not line:
                 break
             said += line
-        found = re.search(r"the page is at (http://[\d.]+:\d+)", said)
+        found = re.search(r"the page is at (http://[\d.]+:\d+/[\w-]+/) ", said)
         if found:
             return found[1]
     raise AssertionError(f"no page: {said}")

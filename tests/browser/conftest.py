@@ -29,9 +29,12 @@ def browser() -> Iterator[Browser]:
 def viewed(
     browser: Browser, *words: str, folder: Path, size: tuple[int, int] = DESKTOP
 ) -> Iterator[tuple[Page, Served]]:
-    """Run `omnimorph` with some words and open its page."""
-    with served(*words, folder=folder) as command, opened(browser, command.url, size) as page:
-        yield page, command
+    """Run `omnimorph` with some words and open its page, all of whose messages must be taken."""
+    with served(*words, folder=folder) as command:
+        with opened(browser, command.url, size) as page:
+            yield page, command
+        if command.process.poll() is None:
+            assert "had no effect" not in command.stopped()[2]
 
 
 @contextmanager

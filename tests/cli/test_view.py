@@ -117,10 +117,10 @@ def test_a_moment_after_the_end(run_file: Path, capsys: pytest.CaptureFixture[st
 
 
 def test_others_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
-    server = SimpleNamespace(get_port=lambda: 4321)
-    for host, warned in (("127.0.0.1", False), ("192.0.2.1", True)):
+    server = SimpleNamespace(get_port=lambda: 4321, guard=SimpleNamespace(token="secret"))
+    for host, warned in (("127.0.0.1", False), ("192.0.2.1", True), ("127.evil.example", True)):
         options = argparse.Namespace(host=host, no_browser=True)
         announce(server, options, "Ctrl-C ends it")
         said = capsys.readouterr().err
         assert ("can see and steer the page" in said) == warned
-        assert f"http://{host}:4321" in said
+        assert f"http://{host}:4321/secret/ " in said

@@ -246,10 +246,23 @@ def test_an_address_elsewhere_is_refused() -> None:
             check_port(host, 0)
 
 
-@pytest.mark.parametrize(("host", "alone"), [("127.0.0.1", True), ("localhost", True)])
-def test_loopback_is_known(host: str, alone: bool) -> None:
-    assert is_loopback(host) == alone
-    assert not is_loopback("0.0.0.0")
+@pytest.mark.parametrize("host", ["127.0.0.1", "127.8.9.10", "localhost", "LocalHost", "::1"])
+def test_loopback_is_known(host: str) -> None:
+    assert is_loopback(host)
+
+
+@pytest.mark.parametrize(
+    "host",
+    [
+        "0.0.0.0",
+        "192.0.2.1",
+        "127.evil.example",
+        "127.0.0.1.evil.example",
+        "localhost.evil.example",
+    ],
+)
+def test_what_only_begins_like_loopback_is_none(host: str) -> None:
+    assert not is_loopback(host)
 
 
 def test_no_browser_is_told_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
-from omnimorph.cli.page import add_page_arguments, announce, closing
+from omnimorph.cli.page import add_page_arguments, announce, served
 from omnimorph.results.folder import check_folder, staged
 
 if TYPE_CHECKING:
@@ -80,11 +80,10 @@ def _watched(options: argparse.Namespace, scenario: Scenario, out: Path) -> cons
     """Fly while someone looks; keep the run, then the page until the browser leaves it."""
     from omnimorph.live.page import LivePage
     from omnimorph.simulation.scenario_files import load_plant
-    from omnimorph.viewer.server import new_server
 
     if options.plant is not None:
         scenario = replace(scenario, plant=load_plant(options.plant))
-    with closing(new_server(options.host, options.port)) as server:
+    with served(options) as server:
         page = LivePage(server, scenario, options.seed)
         announce(server, options, "it flies once you look, and ends when you have looked")
         told = _kept(scenario, page.fly(), out)

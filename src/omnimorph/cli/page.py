@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -12,7 +13,7 @@ from typing import Any
 from omnimorph.cli import console
 from omnimorph.cli.arguments import port_number
 
-__all__ = ["add_page_arguments", "announce", "closing"]
+__all__ = ["add_page_arguments", "announce", "closing", "served"]
 
 _DEFAULT_PORT = 8080
 
@@ -41,18 +42,33 @@ def announce(server: Any, options: argparse.Namespace, ends: str) -> None:
     """Say where the page is and how it ends, warn if others can reach it, open the browser."""
     import webbrowser
 
-    from omnimorph.viewer.server import is_loopback
+    from omnimorph.viewer.server import LOOPBACK, address_of, is_loopback
 
-    port = server.get_port()
     if not is_loopback(options.host):
         console.complain(
-            f"warning: on {options.host}, whoever reaches this machine can see and steer the page."
+            f"warning: on {options.host}, whoever knows the address below, or reads along in the "
+            "network, can see and steer the page."
         )
-    shown = options.host if options.host != "0.0.0.0" else "127.0.0.1"
-    address = f"http://{shown}:{port}"
+    address = address_of(server, LOOPBACK if options.host == "0.0.0.0" else options.host)
     opened = not options.no_browser and _has_a_screen() and webbrowser.open(address)
-    hint = "" if opened or options.no_browser else _over_ssh(port)
+    hint = "" if opened or options.no_browser else _over_ssh(server.get_port())
     console.complain(f"the page is at {address} {hint}({ends}).")
+
+
+@contextmanager
+def served(options: argparse.Namespace) -> Iterator[Any]:
+    """Serve a page, empty as yet, where it is asked for; tell what goes wrong with it."""
+    from omnimorph.viewer.server import new_server
+
+    server = new_server(options.host, options.port)
+    server.guard.on_fault(_tell_fault)
+    try:
+        with closing(server):
+            yield server
+    finally:
+        if server.guard.dropped:
+            dropped = console.counted(server.guard.dropped, "message")
+            console.complain(f"{dropped} that no control of the page sends had no effect.")
 
 
 @contextmanager
@@ -64,6 +80,11 @@ def closing(server: Any) -> Iterator[Any]:
         yield server
     finally:
         stop(server)
+
+
+def _tell_fault(error: Exception) -> None:
+    told = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
+    console.complain(f"a fault of the page, which is ours: {told}")
 
 
 def _has_a_screen() -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
-from omnimorph.cli.page import add_page_arguments, announce, closing
+from omnimorph.cli.page import add_page_arguments, announce, closing, served
 from omnimorph.errors import InputError
 
 if TYPE_CHECKING:
@@ -152,9 +152,8 @@ def _vehicle(options: argparse.Namespace) -> tuple[Any, Any]:
 
 def _flight_page(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightPage
-    from omnimorph.viewer.server import new_server
 
-    with closing(new_server(options.host, options.port)) as server:
+    with served(options) as server:
         page = FlightPage(server, flights)
         with suppress(KeyboardInterrupt):
             announce(server, options, "Ctrl-C ends it")
@@ -166,9 +165,8 @@ def _explorer_page(options: argparse.Namespace, vehicle: Any, tilt: Any) -> cons
     from threading import Event
 
     from omnimorph.viewer.explorer_page import ExplorerPage
-    from omnimorph.viewer.server import new_server
 
-    with closing(new_server(options.host, options.port)) as server:
+    with served(options) as server:
         ExplorerPage(server, vehicle, tilt, options.out)
         with suppress(KeyboardInterrupt):
             announce(server, options, "Ctrl-C ends it")

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import html
 import math
+import textwrap
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from omnimorph.errors import InputError
 from omnimorph.live.pilot import PUSH_SECONDS, Pilot
-from omnimorph.results.run import Run
+from omnimorph.results.run import Outcome, Run
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import list_scenarios, load_scenario
 from omnimorph.simulation.stepped_flight import SteppedFlight
@@ -59,7 +61,8 @@ class LivePage:
         self.pilot = Pilot(self.flight)
         self._truth = scenario.plant.true_vehicle(scenario.vehicle)
         self._turns = np.zeros(scenario.vehicle.n_rotors)
-        self._is_running = True
+        self._is_running, self._is_faulty = True, False
+        server.guard.on_fault(self._end_by_fault)
         self.flight.step()  # so that there is something to be seen
         way = np.array([scenario.reference(t).p_WB for t in np.linspace(0, self.flight.duration)])
         ground, _ = set_stage(server, [way], reach_of(scenario.vehicle))
@@ -67,13 +70,36 @@ class LivePage:
         self._add_controls()
         self._charts = add_plots(server, [self._as_flight()])
 
+    @property
+    def is_over(self) -> bool:
+        """Whether the flight has ended, one way or another."""
+        return self._is_faulty or self.flight.is_over
+
     def fly(self) -> Run:
-        """Fly from the moment somebody looks until the flight is over; return the run."""
+        """Fly from the moment somebody looks until the flight is over; return the run.
+
+        An exception, here or in what a control does, ends the flight, and what it was is noted in
+        the provenance of the run.
+        """
+        for act in (self._fly, self.show):
+            try:
+                act()
+            except Exception as error:
+                self._server.guard.fault(error)
+        return self.as_run()
+
+    def as_run(self) -> Run:
+        """Return what has been flown so far as a run."""
+        with self.pilot.lock:
+            run, goes_on = self.flight.as_run(), not self.flight.is_over
+        return replace(run, outcome=Outcome.PAGE_FAULT) if self._is_faulty and goes_on else run
+
+    def _fly(self) -> None:
         while not self._server.get_clients():
             time.sleep(0.02)
         before = time.monotonic()
         numbers, charts = Rhythm(_NUMBERS), Rhythm(_CHARTS)
-        while not self.flight.is_over:
+        while not self.is_over:
             time.sleep(max(before + 1.0 / _PICTURES - time.monotonic(), 0.0))
             now = time.monotonic()
             if self._is_running:
@@ -83,8 +109,13 @@ class LivePage:
                 if charts.is_due(now):
                     self._show_charts()
             before = now
-        self.show()
-        return self.flight.as_run()
+
+    def _end_by_fault(self, error: Exception) -> None:
+        with self.pilot.lock:
+            if not self.is_over:
+                told = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
+                self.flight.tell("fault", error=told)
+                self._is_faulty = True
 
     def show(self) -> None:
         """Show all of it as it is now."""
@@ -173,8 +204,7 @@ class LivePage:
         return row
 
     def _as_flight(self) -> Flight:
-        with self.pilot.lock:
-            return Flight(self.flight.as_run(), self.scenario.name)
+        return Flight(self.as_run(), self.scenario.name)
 
     def _show_scene(self, seconds: float) -> None:
         """Show the vehicle, its blades turned on for so many seconds."""
@@ -189,7 +219,7 @@ class LivePage:
         with self.pilot.lock:
             frame, flight = self._frame(), self._as_flight()
         self._numbers.content = number_table(numbers_of([flight], [frame]))
-        self._notice.content = notices([flight], [frame], self.flight.is_over) + self._done_to_it()
+        self._notice.content = notices([flight], [frame], self.is_over) + self._done_to_it()
 
     def _done_to_it(self) -> str:
         """Return what was done to the flight lately, and when."""
@@ -210,6 +240,8 @@ def _told(event: dict[str, Any]) -> str:
     """Return in words what was done to a flight."""
     if event["kind"] == "push":
         return f"pushed with {math.hypot(*event['force_N']):.1f} N"
+    if event["kind"] == "fault":
+        return html.escape(event["error"])
     if event["kind"] == "controller":
         return f"controller of {html.escape(event['scenario'])}"
     cut = [str(rotor + 1) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]

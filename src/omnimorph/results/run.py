@@ -34,6 +34,7 @@ class Outcome(enum.Enum):
     LOST = "The vehicle was lost: it strayed too far from its reference."
     NOT_FINITE = "The flight was ended: the controller gave a number that is not finite."
     DIVERGED = "The flight was ended: the state of the vehicle is no longer finite."
+    PAGE_FAULT = "The flight was ended by a fault of the page."
 
 
 @dataclass(frozen=True, kw_only=True)

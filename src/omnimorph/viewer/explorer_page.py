@@ -24,6 +24,7 @@ from omnimorph.viewer.tables import Row, number_table, shown_number
 __all__ = ["ExplorerPage", "numbers_of"]
 
 _WIDTH_OF_LEGEND = 5  # colours in the legend of the sphere
+_MOST_SAVED = 100  # files: a page that is steered by a program shall not fill the disk
 
 
 class ExplorerPage:
@@ -51,6 +52,7 @@ class ExplorerPage:
         self._server, self._out = server, out
         self._lock = threading.RLock()
         self._own = vehicle
+        self._n_saved = 0
         self.design = Design.of(vehicle, tilt)
         scales, view, gui = scales_of(vehicle), self.design.view(), server.gui
         names = list_vehicles()
@@ -158,13 +160,25 @@ class ExplorerPage:
         if self._out is None:
             return
         try:
-            path = _free_name(self._out, name)
-            self._out.mkdir(parents=True, exist_ok=True)
-            write_text(path, text)
+            path = self._keep(self._out, name, text)
         except (InputError, OSError) as problem:
             self._saved.content = _sentence("notice", str(problem))
         else:
             self._saved.content = _sentence("saved", f"Saved as {path}.")
+
+    def _keep(self, folder: Path, name: str, text: str) -> Path:
+        """Write a design into a folder, beside those that are there; return its file."""
+        with self._lock:  # who saves at the same time takes the next name
+            if self._n_saved == _MOST_SAVED:
+                raise InputError(
+                    f"this page has saved {_MOST_SAVED} designs, which is the most that it may; "
+                    "open it again to save more."
+                )
+            path = _free_name(folder, name)
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(path, text)
+            self._n_saved += 1
+        return path
 
 
 def numbers_of(view: View) -> list[Row]:

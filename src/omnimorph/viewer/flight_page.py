@@ -6,6 +6,7 @@ import html
 import threading
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -123,9 +124,13 @@ class FlightPage:
             now = time.monotonic()
             with self._lock:
                 if self.playback.is_playing:
-                    self.playback.advance(now - before)
-                    ends = not self.playback.is_playing
-                    self._show(numbers.is_due(now) or ends, charts.is_due(now) or ends)
+                    try:
+                        self.playback.advance(now - before)
+                        ends = not self.playback.is_playing
+                        self._show(numbers.is_due(now) or ends, charts.is_due(now) or ends)
+                    except Exception as error:
+                        self.playback.pause()  # or it would be told 30 times a second
+                        self._server.guard.fault(error)
             before = now
 
     def close(self) -> None:
@@ -207,12 +212,10 @@ class FlightPage:
         if self._camera.value != "follow":
             return
         middle = self.scene.actors[0].middle(frames[0])
-        if self._followed is None:
-            for client in self._server.get_clients().values():
-                client.camera.look_at = middle
-        else:
-            for client in self._server.get_clients().values():
-                client.camera.position = client.camera.position + middle - self._followed
+        moved = 0.0 if self._followed is None else middle - self._followed
+        for client in self._server.get_clients().values():
+            client.camera.position = client.camera.position + moved
+            with suppress(ValueError):  # a camera in the very middle sees it in no direction
                 client.camera.look_at = middle
         self._followed = middle
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 from omnimorph.results.atomic import replacing
+from omnimorph.viewer.server import address_of
 from omnimorph.viewer.shapes import wxyz_of
 from omnimorph.viewer.stage import FIELD_OF_VIEW
 
@@ -102,9 +103,10 @@ def camera_in(server: Any) -> Iterator[Camera]:
         If there is no browser, or it does not open the page.
     """
     program = browser()
+    server.guard.takes_pictures = True
     with tempfile.TemporaryDirectory(prefix="omnimorph-", ignore_cleanup_errors=True) as profile:
         process = subprocess.Popen(
-            [program, *_options(profile), f"http://127.0.0.1:{server.get_port()}"],
+            [program, *_options(profile), address_of(server)],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import io
+import ipaddress
 import logging
 import socket
 from collections.abc import Iterator
@@ -15,7 +16,9 @@ from omnimorph.errors import InputError
 __all__ = [
     "LOOPBACK",
     "Viser",
+    "address_of",
     "check_port",
+    "in_numbers",
     "is_loopback",
     "new_server",
     "stop",
@@ -25,27 +28,31 @@ __all__ = [
 LOOPBACK = "127.0.0.1"
 
 Viser = Any
-"""A `viser.ViserServer`; viser is only there with the extra ``view``."""
+"""A `viser.ViserServer` with its `guard`; viser is only there with the extra ``view``."""
+
+_VISER = "1.1."  # the guard reaches into it; `pyproject.toml` asks for the same
 
 
 def new_server(host: str = LOOPBACK, port: int = 0) -> Viser:
-    """Start the server of a page, empty as yet.
+    """Start the server of a page, empty as yet; its ``guard`` knows who may use it.
 
     Parameters
     ----------
     host : str
-        Where it listens; only `LOOPBACK` keeps others out.
+        Where it listens; only `LOOPBACK` keeps other machines out.
     port : int
         0 for any that is free.
 
     Raises
     ------
     InputError
-        If the port is in use or may not be taken, the host is not this machine's, or viser is not
-        installed.
+        If the port is in use or may not be taken, the host is not this machine's, viser is not
+        installed, or the guard does not hold.
     """
     viser = viser_module()
-    # A browser that leaves in the middle of a word is no news.
+    from omnimorph.viewer.guard import Guard
+
+    # A browser that leaves in the middle of a word is no news, and neither is who is refused.
     logging.getLogger("websockets").setLevel(logging.CRITICAL)
     port = check_port(host, port)
 
@@ -55,8 +62,10 @@ def new_server(host: str = LOOPBACK, port: int = 0) -> Viser:
         def request_share_url(self, verbose: bool = False) -> None:
             return None
 
+    guard = Guard(host)
     with contextlib.redirect_stdout(io.StringIO()):  # what a command prints is its own
-        server = Server(host=host, port=port, verbose=False)
+        server = guard.start(lambda: Server(host=host, port=port, verbose=False))
+    server.guard = guard
     if server.get_port() != port:  # somebody else was faster
         server.stop()
         raise _in_use(port)
@@ -66,13 +75,18 @@ def new_server(host: str = LOOPBACK, port: int = 0) -> Viser:
     return server
 
 
+def address_of(server: Viser, host: str = LOOPBACK) -> str:
+    """Return the address of a page, with what only those know who were told it."""
+    return f"http://{host}:{server.get_port()}/{server.guard.token}/"
+
+
 def viser_module() -> Any:
     """Return the module viser, which is loaded only where a page is wanted.
 
     Raises
     ------
     InputError
-        If it is not installed.
+        If it is not installed, or another version of it.
     """
     try:
         import viser
@@ -80,12 +94,26 @@ def viser_module() -> Any:
         raise InputError(
             "the viewer needs viser, which is not installed: pip install 'omnimorph[view]'."
         ) from None
+    if not viser.__version__.startswith(_VISER):
+        raise InputError(
+            f"the viewer needs viser {_VISER}x, not {viser.__version__}: "
+            "pip install 'omnimorph[view]'."
+        )
     return viser
 
 
 def is_loopback(host: str) -> bool:
     """Tell whether a host can be reached from this machine alone."""
-    return host == "localhost" or host.startswith("127.")
+    address = in_numbers(host)
+    return host.lower() == "localhost" if address is None else address.is_loopback
+
+
+def in_numbers(host: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address | None:
+    """Return the address that a host is written as; None for a name, which may mean any."""
+    try:
+        return ipaddress.ip_address(host)
+    except ValueError:
+        return None
 
 
 def check_port(host: str, port: int) -> int:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnimorph.errors import InputError
+from omnimorph.machine.children import started
 from omnimorph.protocols import FloatArray
 from omnimorph.results.atomic import replacing
 from omnimorph.viewer.shapes import wxyz_of
@@ -102,42 +103,29 @@ def camera_in(server: Any) -> Iterator[Camera]:
         If there is no browser, or it does not open the page.
     """
     program = browser()
-    with tempfile.TemporaryDirectory(prefix="omnimorph-", ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [program, *_options(profile), f"http://127.0.0.1:{server.get_port()}"],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        try:
-            client = _first_client(server, process, program)
+    with started([program, *_options(), f"http://127.0.0.1:{server.get_port()}"]) as process:
+        client = _first_client(server, process, program)
 
-            def take(
-                width: int, height: int, position: FloatArray, look_at: FloatArray
-            ) -> NDArray[np.uint8]:
-                try:
-                    drawn = client.get_render(
-                        height,
-                        width,
-                        position=position,
-                        wxyz=_looking(position, look_at),
-                        fov=FIELD_OF_VIEW,
-                        transport_format="png",
-                        timeout=_PATIENCE,
-                    )
-                except (RuntimeError, TimeoutError):  # it crashed, was ended, or cannot draw
-                    raise _no_picture(program, "did not draw the picture") from None
-                return _on_white(drawn)
+        def take(
+            width: int, height: int, position: FloatArray, look_at: FloatArray
+        ) -> NDArray[np.uint8]:
+            try:
+                drawn = client.get_render(
+                    height,
+                    width,
+                    position=position,
+                    wxyz=_looking(position, look_at),
+                    fov=FIELD_OF_VIEW,
+                    transport_format="png",
+                    timeout=_PATIENCE,
+                )
+            except (RuntimeError, TimeoutError):  # it crashed, was ended, or cannot draw
+                raise _no_picture(program, "did not draw the picture") from None
+            return _on_white(drawn)
 
-            # the first one compiles what draws
-            take(64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3))
-            yield take
-        finally:
-            process.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(timeout=10.0)
-            process.kill()
-            process.wait()
+        # the first one compiles what draws
+        take(64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3))
+        yield take
 
 
 def still(
@@ -189,17 +177,18 @@ def save_video(path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: fl
             _write_with_pillow(temporary, _pillow_format(path), pictures, per_second)
 
 
-def _options(profile: str) -> list[str]:
+def _options() -> list[str]:
     options = ["--headless=new", "--no-first-run", "--disable-extensions", "--mute-audio"]
+    options += ["--user-data-dir=."]  # the folder it is given
     # A picture may be larger than the window, and a small window leaves more time for it.
-    options += ["--window-size=400,300", f"--user-data-dir={profile}", "--hide-scrollbars"]
+    options += ["--window-size=400,300", "--hide-scrollbars"]
     options += ["--enable-unsafe-swiftshader"]  # where there is no GPU, it draws in software
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         options.append("--no-sandbox")  # Chromium refuses to start for root with it
     return options
 
 
-def _first_client(server: Any, process: subprocess.Popen[bytes], program: str) -> Any:
+def _first_client(server: Any, process: subprocess.Popen[str], program: str) -> Any:
     began = time.monotonic()
     while time.monotonic() - began < _PATIENCE and process.poll() is None:
         for client in server.get_clients().values():
@@ -249,21 +238,24 @@ def _write_with_pillow(
 def _write_with_ffmpeg(
     path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: float
 ) -> None:
-    encoder: subprocess.Popen[bytes] | None = None
-    for pixels in pictures:
-        if encoder is None:
-            height, width, _ = pixels.shape
-            size = f"{width}x{height}"
-            command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
-            command += ["-s", size, "-r", f"{per_second:g}", "-i", "-", "-pix_fmt", "yuv420p"]
-            encoder = subprocess.Popen(
-                [*command, "-f", "mp4", str(path)], stdin=subprocess.PIPE, stderr=subprocess.PIPE
-            )
+    others = iter(pictures)
+    first = next(others)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command += ["-s", size, "-r", f"{per_second:g}", "-i", "-", "-pix_fmt", "yuv420p"]
+    command += ["-f", "mp4", str(path)]
+    # It ends when its input does, hence also with this process.
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
-        with suppress(BrokenPipeError):
-            encoder.stdin.write(pixels.tobytes())
-    assert encoder is not None
-    _, complaint = encoder.communicate()
+        try:
+            for pixels in itertools.chain([first], others):
+                encoder.stdin.write(pixels.tobytes())
+        except BaseException as error:
+            if not isinstance(error, BrokenPipeError):  # with that it has ended, and says why
+                encoder.kill()
+                encoder.communicate()
+                raise
+        _, complaint = encoder.communicate()
     if encoder.returncode != 0:
         told = complaint.decode(errors="replace").strip().splitlines()
         reason = told[-1] if told else "it told no reason"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from omnimorph.errors import InputError
 from omnimorph.machine.children import started
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 from omnimorph.results.atomic import replacing
 from omnimorph.viewer.shapes import wxyz_of
@@ -29,6 +30,7 @@ __all__ = [
     "browser",
     "camera_in",
     "check_format",
+    "check_length",
     "save_picture",
     "save_video",
     "still",
@@ -39,6 +41,7 @@ VIDEO_FORMATS = (".gif", ".webp", ".mp4")
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 _MOST_TRIES = 8
+_BYTES_OF_A_PIXEL = 5  # of a video that is written when all of its pictures are there
 _PATIENCE = 60.0  # s for the browser to open the page, and for one picture
 
 Camera = Callable[[int, int, FloatArray, FloatArray], NDArray[np.uint8]]
@@ -86,6 +89,20 @@ def check_format(option: str, path: Path, formats: Sequence[str]) -> None:
     if not path.parent.is_dir():
         allowed = "a file in a folder that is there"
         raise InputError.at("the command line", option, str(path), allowed)
+
+
+def check_length(path: Path, pictures: int, width: int, height: int) -> None:
+    """Refuse a video whose pictures, which wait in memory but for ``.mp4``, are more than it holds.
+
+    Raises
+    ------
+    TooLargeError
+        If they are.
+    """
+    if path.suffix.lower() != ".mp4":
+        needed = pictures * width * height * _BYTES_OF_A_PIXEL
+        instead = "write an .mp4, or let it go faster"
+        refuse_more_than_memory(f"{path}: {pictures} pictures", needed, instead)
 
 
 @contextmanager

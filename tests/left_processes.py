@@ -15,7 +15,7 @@ from pathlib import Path
 import omnimorph
 
 _MARK = "OMNIMORPH_TEST_MARK"
-_PATIENCE = 20.0  # s in which what ends by itself has ended, however busy the machine is
+_PATIENCE = 60.0  # s in which what ends by itself has ended, however busy the machine is
 
 
 class Marked:
@@ -43,7 +43,7 @@ class Marked:
 
     def left(self) -> list[int]:
         """Wait for the process, then a while for the others; return those that do not end."""
-        self.process.wait(timeout=60.0)
+        self.process.wait(timeout=120.0)
         ends = time.monotonic() + _PATIENCE
         while self.alive() and time.monotonic() < ends:
             time.sleep(0.05)
@@ -67,14 +67,26 @@ def marked(command: list[str], folder: Path, **environment: str) -> Iterator[Mar
     found = Marked(process, mark)
     try:
         with process:
-            yield found
-            process.kill()
+            try:
+                yield found
+            finally:
+                process.kill()
     finally:
         for number in found.alive():
             with suppress(ProcessLookupError):
                 os.kill(number, signal.SIGKILL)
 
 
+# A shell may have told its background jobs to ignore Ctrl-C, and nohup the end of the terminal.
+_OMNIMORPH = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
+from omnimorph.cli.main import main
+sys.exit(main())
+"""
+
+
 def omnimorph_command(*words: object) -> list[str]:
-    """Return the command line of `omnimorph WORD ...`."""
-    return [sys.executable, "-m", "omnimorph", *map(str, words)]
+    """Return the command line of `omnimorph WORD ...`, which no signal is kept from."""
+    return [sys.executable, "-c", _OMNIMORPH, *map(str, words)]

@@ -55,7 +55,7 @@ Progress = Callable[[float, float, str], None]
 SCHEMA = "omnimorph reproduction"
 """What ``results.json`` says it is; a folder with such a file may be written over."""
 _KEPT = (A, B)
-_BYTES_OF_A_SEED = 50_000  # what is kept of the flights of each
+_BYTES_OF_A_SEED = 20_000  # what is kept of the flights of each
 _DRAWN_LOSSES = ("a_survives", "b_survives")
 
 

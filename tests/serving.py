@@ -7,20 +7,13 @@ import re
 import select
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
-# A shell may have told its background jobs to ignore Ctrl-C.
-_OMNIMORPH = """
-import signal, sys
-signal.signal(signal.SIGINT, signal.default_int_handler)
-from omnimorph.cli.main import main
-sys.exit(main())
-"""
+from tests.left_processes import omnimorph_command
 
 
 class Served(NamedTuple):
@@ -41,7 +34,7 @@ class Served(NamedTuple):
 def served(*words: str, folder: Path) -> Iterator[Served]:
     """Run `omnimorph` with some words until its page is there."""
     began = time.monotonic()
-    command = [sys.executable, "-c", _OMNIMORPH, *words, "--port", "0", "--no-browser"]
+    command = omnimorph_command(*words, "--port", 0, "--no-browser")
     process = subprocess.Popen(
         command,
         cwd=folder,

@@ -24,6 +24,7 @@ __all__ = [
     "OmnimorphError",
     "RunFileError",
     "ScenarioError",
+    "TooLargeError",
     "VehicleError",
     "nearest_name",
     "shown",
@@ -151,6 +152,10 @@ class ScenarioError(InputError):
 
 class RunFileError(InputError):
     """A stored run that cannot be read or written."""
+
+
+class TooLargeError(InputError):
+    """What needs more memory than there is; on another machine it may be none."""
 
 
 def nearest_name(name: str, known: Iterable[str]) -> str | None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.left_processes import omnimorph_command
 
 import omnimorph
 
@@ -53,7 +54,7 @@ def interrupted(environment: dict[str, str], tmp_path: Path) -> Callable[..., tu
     def run(seen: bytes, *words: str) -> tuple[int, bytes]:
         ours, theirs = pty.openpty()
         process = subprocess.Popen(
-            [sys.executable, "-m", "omnimorph", *words],
+            omnimorph_command(*words),
             env=environment | {"TERM": "xterm"},
             cwd=tmp_path,
             stdout=subprocess.DEVNULL,

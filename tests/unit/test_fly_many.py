@@ -228,11 +228,6 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(
     assert "\n" not in message
 
 
-def test_more_than_memory_holds_is_refused_in_bytes() -> None:
-    with pytest.raises(ScenarioError, match=r"need about \d+ bytes of memory, and \d+ are free"):
-        om.fly_many(om.load_scenario("paper-case-a"), 10_000_000, keep="all")
-
-
 @pytest.mark.parametrize("make", [lambda: om.Uniform(2.0, 1.0), lambda: om.Normal(0.0, -1.0)])
 def test_a_distribution_that_is_none_is_refused(make: Any) -> None:
     with pytest.raises(ScenarioError):

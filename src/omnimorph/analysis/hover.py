@@ -17,6 +17,7 @@ from omnimorph.analysis.effort import Effort, drag_power, least_effort
 from omnimorph.analysis.scaling import checked_tilt
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.allocation import rotor_speed
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
@@ -178,9 +179,13 @@ def hover_map(
     ------
     VehicleError
         If a tilt or a direction cannot be used.
+    TooLargeError
+        If the map has more points than memory holds.
     """
     directions = _as_directions(vehicle, up)
     angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
+    points = len(directions) * len(angles)
+    refuse_more_than_memory(f"a hover map: {points} points", 8 * points, "ask for fewer")
     power = np.empty((len(directions), len(angles)))
     for k, tilt in enumerate(angles):
         power[:, k] = hover_power(vehicle, checked_tilt(vehicle, tilt, beyond_limits), directions)
@@ -217,6 +222,7 @@ def sphere_directions(count: int) -> FloatArray:
     R. J. Purser, "Fibonacci grids", Q. J. R. Meteorol. Soc. 132, 2006). Each stands for the same
     solid angle, 4π/count.
     """
+    refuse_more_than_memory(f"{count} directions", 80 * count, "ask for fewer")
     k = np.arange(count)
     height = 1.0 - (2.0 * k + 1.0) / count
     angle = k * math.pi * (3.0 - math.sqrt(5.0))

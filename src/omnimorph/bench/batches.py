@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from omnimorph.reference.segments import Segment, SegmentReference
+from omnimorph.results.flights import Flights
 from omnimorph.simulation import effects
 from omnimorph.simulation.fly_many import fly_many
 from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 
-__all__ = ["BatchTimes", "omnimorphs_per_s", "time_batches", "worn_plant"]
+__all__ = ["BatchTimes", "fly_all", "omnimorphs_per_s", "time_batches", "worn_plant"]
 
 VEHICLES = 1024
 CONTROL_PERIOD = 4e-3  # s, with every imperfection on
@@ -36,14 +37,14 @@ class BatchTimes(NamedTuple):
 def time_batches() -> BatchTimes:
     """Fly 1024 OmniMorphs in several ways, once each, and some whole flights."""
     perfect = _beginning()
-    all_cores = fly_many(perfect, VEHICLES).performance
-    one_thread = fly_many(perfect, VEHICLES // 4, threads=1).performance
-    single = fly_many(perfect, VEHICLES, precision="float32").performance
-    worn = fly_many(replace(perfect, plant=worn_plant()), VEHICLES).performance
+    all_cores = fly_all(perfect, VEHICLES).performance
+    one_thread = fly_all(perfect, VEHICLES // 4, threads=1).performance
+    single = fly_all(perfect, VEHICLES, precision="float32").performance
+    worn = fly_all(replace(perfect, plant=worn_plant()), VEHICLES).performance
     whole = 64
-    flights = fly_many(load_scenario("paper-case-a"), whole).performance
+    flights = fly_all(load_scenario("paper-case-a"), whole).performance
     short = _hovering(0.25)
-    few, many = (fly_many(short, n).performance.wall_time / n for n in (256, 16384))
+    few, many = (fly_all(short, n).performance.wall_time / n for n in (256, 16384))
     return BatchTimes(
         perfect=all_cores.vehicle_steps_per_s,
         one_thread=one_thread.vehicle_steps_per_s,
@@ -55,9 +56,17 @@ def time_batches() -> BatchTimes:
     )
 
 
+def fly_all(scenario: Scenario, n: int, **how: Any) -> Flights:
+    """Fly all n flights of `fly_many`: a Ctrl-C, which it answers with some, ends this."""
+    flights = fly_many(scenario, n, **how)
+    if flights.interrupted:
+        raise KeyboardInterrupt
+    return flights
+
+
 def omnimorphs_per_s() -> float:
     """Fly 1024 OmniMorphs, three QPs in every 1 kHz step, on all cores: steps a second."""
-    return fly_many(_beginning(), VEHICLES).performance.vehicle_steps_per_s
+    return fly_all(_beginning(), VEHICLES).performance.vehicle_steps_per_s
 
 
 def worn_plant() -> PlantModel:

@@ -6,9 +6,9 @@ import json
 import subprocess
 import sys
 from collections.abc import Sequence
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import NamedTuple
+
+from omnimorph.machine.children import started
 
 __all__ = [
     "ProcessCost",
@@ -17,8 +17,6 @@ __all__ = [
     "cost_of_help",
     "cost_of_import",
 ]
-
-LAUNCHER = Path(__file__).with_name("launcher.py")
 
 
 class ProcessCost(NamedTuple):
@@ -30,14 +28,12 @@ class ProcessCost(NamedTuple):
 
 def cost_of_flight() -> ProcessCost:
     """Fly Case A from the command line, all files written."""
-    with TemporaryDirectory(prefix="omnimorph-bench-") as folder:
-        return _cost_of(["-m", "omnimorph", "fly", "paper-case-a", "--out", f"{folder}/run"])
+    return _cost_of(["-m", "omnimorph", "fly", "paper-case-a", "--out", "run"])
 
 
 def cost_of_analysis_page() -> ProcessCost:
     """Do the same and write the page with its figures."""
-    with TemporaryDirectory(prefix="omnimorph-bench-") as folder:
-        return _cost_of(["-m", "omnimorph", "analyze", "omnimorph", "--out", f"{folder}/page"])
+    return _cost_of(["-m", "omnimorph", "analyze", "omnimorph", "--out", "page"])
 
 
 def cost_of_import() -> ProcessCost:
@@ -53,17 +49,14 @@ def cost_of_help() -> ProcessCost:
 def _cost_of(arguments: Sequence[str]) -> ProcessCost:
     """Start Python with these arguments and wait for it.
 
-    A small process in between starts it: the peak memory that the system tells of a child begins
-    with what its parent held, and this process holds many libraries.
-
     Raises
     ------
     RuntimeError
         If the process fails.
     """
-    launch = [sys.executable, "-I", "-S", str(LAUNCHER), sys.executable, *arguments]
-    answer = subprocess.run(launch, capture_output=True, text=True, check=False)
-    if answer.returncode != 0:
-        raise RuntimeError(f"{' '.join(arguments)} failed: {answer.stderr.strip()}")
-    told = json.loads(answer.stdout)
+    with started([sys.executable, *arguments], output=subprocess.PIPE) as process:
+        answer, complaint = process.communicate()
+    if process.returncode != 0:
+        raise RuntimeError(f"{' '.join(arguments)} failed: {complaint.strip()}")
+    told = json.loads(answer)
     return ProcessCost(told["wall_s"], told["memory_MB"])

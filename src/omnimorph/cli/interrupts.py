@@ -1,61 +1,60 @@
-"""Ctrl-C: held back where it would do harm, and remembered where somebody swallows it."""
+"""What asks to end, such as Ctrl-C: held back where it would do harm, remembered where it is lost.
+
+What is meant is `omnimorph.machine.signals.ENDING`: Ctrl-C, ``kill``, a terminal that is closed.
+"""
 
 from __future__ import annotations
 
 import signal
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import NoReturn
 
-__all__ = ["pressed", "remembered", "renew", "wait"]
+from omnimorph.machine.signals import answered_by
 
-_pressed = threading.Event()
+__all__ = ["exit_code", "pressed", "remembered", "renew", "wait"]
+
+_came: list[int] = []
 
 
 @contextmanager
 def remembered() -> Iterator[None]:
-    """Remember a Ctrl-C, which also raises `KeyboardInterrupt` as usual.
+    """Remember what asked to end, and raise `KeyboardInterrupt` for it.
 
-    A library in whose callback it falls may swallow the exception; `renew` raises it again.
+    A library in whose callback it falls may swallow the exception; `renew` raises it again. Only a
+    Ctrl-C is answered more than once: a terminal that is closed tells it twice, and the second time
+    would fall into what the first one began to clear away.
     """
 
-    def interrupt(number: int, frame: FrameType | None) -> NoReturn:
-        _pressed.set()
-        raise KeyboardInterrupt
+    def interrupt(number: int, frame: FrameType | None) -> None:
+        _came.append(number)
+        if number == signal.SIGINT or len(_came) == 1:
+            raise KeyboardInterrupt
 
-    _pressed.clear()
-    with _handled_by(interrupt):
+    _came.clear()
+    with answered_by(interrupt):
         yield
 
 
 @contextmanager
 def wait() -> Iterator[None]:
-    """Hold a Ctrl-C back until the end: a module that is half loaded cannot bear one."""
-    with _handled_by(lambda number, frame: _pressed.set()):
+    """Hold it back until the end: a module that is half loaded cannot bear one."""
+    with answered_by(lambda number, frame: _came.append(number)):
         yield
     renew()
 
 
 def pressed() -> bool:
-    """Tell whether Ctrl-C was pressed since `remembered` began."""
-    return _pressed.is_set()
+    """Tell whether anything asked to end since `remembered` began."""
+    return bool(_came)
 
 
 def renew() -> None:
-    """Raise `KeyboardInterrupt` if Ctrl-C was pressed since `remembered` began."""
+    """Raise `KeyboardInterrupt` if anything asked to end since `remembered` began."""
     if pressed():
         raise KeyboardInterrupt
 
 
-@contextmanager
-def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
+def exit_code() -> int:
+    """Return what a shell calls the end by the signal that came first: 130 for Ctrl-C."""
+    return 128 + (_came[0] if _came else signal.SIGINT)

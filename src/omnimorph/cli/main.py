@@ -5,7 +5,8 @@
 1    our fault: a bug, or a case of `verify` that failed
 2    the user's mistake: one line says where it is and what would be right
 3    the flight did not complete; the run so far is written
-130  interrupted (Ctrl-C): nothing half-written is left
+130  interrupted (Ctrl-C): nothing half-written is left; 143 by ``kill``, 129 by a terminal
+     that was closed
 ==== ==============================================================================
 """
 
@@ -58,7 +59,7 @@ COMMANDS: dict[str, ModuleType] = {
 }
 """Name of a command -> its module: SUMMARY, NEEDS, add_arguments(parser), answer(options)."""
 
-OUR_FAULT, USERS_MISTAKE, INTERRUPTED = 1, 2, 130
+OUR_FAULT, USERS_MISTAKE = 1, 2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -92,7 +93,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return end.code if isinstance(end.code, int) else 0
     except KeyboardInterrupt as stopped:
         console.complain("interrupted; " + (str(stopped) or "nothing was written."))
-        return INTERRUPTED
+        return interrupts.exit_code()
     except InputError as mistake:
         console.complain(str(mistake))
         return USERS_MISTAKE
@@ -102,9 +103,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         return USERS_MISTAKE
     except Exception:
-        if interrupts.pressed():  # a library made an error of its own of the Ctrl-C
+        if interrupts.pressed():  # a library made an error of its own of it
             console.complain("interrupted; nothing was written.")
-            return INTERRUPTED
+            return interrupts.exit_code()
         traceback.print_exc()
         console.complain(
             f"this is our fault (omnimorph {__version__}); please report the lines above."
@@ -118,7 +119,7 @@ def parsed(words: list[str]) -> argparse.Namespace:
         prog="omnimorph",
         description="Design, control and fly omnidirectional and morphing multirotors.",
         epilog="`omnimorph COMMAND --help` tells more. Exit codes: 0 done, 2 a mistake in what was "
-        "asked, 3 the flight did not complete, 130 interrupted, 1 our fault.",
+        "asked, 3 the flight did not complete, 130 interrupted (143 by `kill`), 1 our fault.",
         formatter_class=_Help,
         allow_abbrev=False,
     )

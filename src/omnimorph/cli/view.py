@@ -180,9 +180,18 @@ def _closed(options: argparse.Namespace) -> console.Answer:
 
 def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightScene
-    from omnimorph.viewer.pictures import camera_in, save_picture, save_video, still
+    from omnimorph.viewer.pictures import (
+        camera_in,
+        check_length,
+        save_picture,
+        save_video,
+        still,
+    )
     from omnimorph.viewer.server import new_server
 
+    duration = max(flight.duration for flight in flights)
+    if options.video:
+        check_length(options.video, _count(duration, options.speed), *_VIDEO)
     with closing(new_server()) as server:
         scene = FlightScene(server, flights)
         files: list[Path] = []
@@ -202,11 +211,16 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
 
 def _moments(scene: Any, take: Any, speed: float, progress: console.Progress) -> Iterator[Any]:
     """Yield the pictures of a video."""
-    count = max(math.ceil(scene.duration / speed * _PICTURES_A_SECOND), 1)
-    for k in range(count + 1):
+    count = _count(scene.duration, speed)
+    for k in range(count):
         scene.show(min(k * speed / _PICTURES_A_SECOND, scene.duration))
         yield take(*_VIDEO, *scene.camera)
-        progress(k + 1, count + 1)
+        progress(k + 1, count)
+
+
+def _count(duration: float, speed: float) -> int:
+    """Return the number of pictures of a video: from the first moment to the last."""
+    return max(math.ceil(duration / speed * _PICTURES_A_SECOND), 1) + 1
 
 
 def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> console.Answer:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import math
+import os
+from array import array
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -11,9 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from omnimorph.errors import InputError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 
 __all__ = ["CsvTable", "read_csv_table"]
+
+
+_BYTES_OF_A_CHARACTER = 12  # at "1," a number takes 8, and its row a line number and more
 
 
 class CsvTable(NamedTuple):
@@ -54,23 +60,25 @@ def read_csv_table(
         If the file cannot be read, a column is there twice, a line holds another number of values
         than the first, or a value is no finite number: one sentence with the file, line and column.
     """
-    rows: list[list[float]] = []
+    numbers = array("d")
     lines: list[int] = []
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
+            needed = os.fstat(file.fileno()).st_size * _BYTES_OF_A_CHARACTER
+            refuse_more_than_memory(f"{path}: its numbers", needed, "give fewer rows")
             reader = csv.reader(file)
             columns = [text.strip() for text in next(reader, [])]
             check_columns(columns)
             _check_once(path, columns, error)
             for texts in reader:
                 if any(text.strip() for text in texts):
-                    rows.append(_numbers(path, reader.line_num, columns, texts, error))
+                    numbers.extend(_numbers(path, reader.line_num, columns, texts, error))
                     lines.append(reader.line_num)
     except OSError as problem:
         raise error(f"{path}: it cannot be read: {problem.strerror or problem}.") from problem
     except (UnicodeDecodeError, csv.Error) as problem:
         raise error(f"{path}: it is not a CSV text file: {problem}.") from problem
-    return CsvTable(columns, np.array(rows).reshape(len(rows), len(columns)), lines)
+    return CsvTable(columns, np.array(numbers).reshape(len(lines), len(columns)), lines)
 
 
 def _check_once(path: str | Path, columns: Sequence[str], error: type[InputError]) -> None:

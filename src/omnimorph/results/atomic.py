@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from omnimorph.errors import RunFileError
+from omnimorph.results.temporary import temporary_in
 
 __all__ = ["replacing", "write_text"]
 
@@ -18,7 +18,8 @@ def replacing(path: str | Path) -> Iterator[Path]:
     """Give a temporary path in the folder of `path`; what was written there then becomes `path`.
 
     If anything goes wrong, an interrupt included, the temporary file is removed and an older file
-    of that name stays as it was.
+    of that name stays as it was. What a killed process left is removed by the next that writes into
+    the folder.
 
     Parameters
     ----------
@@ -40,18 +41,15 @@ def replacing(path: str | Path) -> Iterator[Path]:
     '42'
     """
     target = Path(os.path.realpath(path))
-    temporary = target.parent / f".omnimorph-{secrets.token_hex(6)}.part"
     try:
         if target.exists() and not target.is_file():
             raise RunFileError(f"{path}: it cannot be written: it is there, but it is not a file.")
-        yield temporary
-        os.replace(temporary, target)
+        with temporary_in(target.parent) as temporary:
+            yield temporary
+            os.replace(temporary, target)
     except OSError as error:
         reason = error.strerror or str(error)
         raise RunFileError(f"{path}: it cannot be written: {reason}.", file=str(path)) from error
-    finally:
-        with suppress(OSError):  # it is gone if all went well
-            temporary.unlink()
 
 
 def write_text(path: str | Path, text: str) -> None:

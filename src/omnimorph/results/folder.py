@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
-import signal
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from omnimorph.errors import InputError
+from omnimorph.machine.signals import held_back
+from omnimorph.results.temporary import temporary_in
 
-__all__ = ["check_folder", "is_left_over", "staged"]
-
-_PART_START, _PART_END = ".omnimorph-", ".part"
+__all__ = ["check_folder", "staged"]
 
 
 def check_folder(out: Path) -> None:
@@ -32,11 +28,6 @@ def check_folder(out: Path) -> None:
             raise InputError(f"{out}: cannot be written to, because {nearest} is not a folder.")
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise InputError(f"{out}: cannot be written to, because {nearest} is read-only.")
-
-
-def is_left_over(path: Path) -> bool:
-    """Tell whether a path is what a killed process left."""
-    return path.name.startswith(_PART_START) and path.name.endswith(_PART_END)
 
 
 @contextmanager
@@ -58,28 +49,26 @@ def staged(out: Path, first: str = "") -> Iterator[Path]:
     InputError
         If it cannot be written to: a file of that name, no permission, a full disk.
     KeyboardInterrupt
-        Passed on, with the sentence that nothing was written.
+        Passed on, with a sentence that says whether anything was written.
     """
     check_folder(out)
     made: list[Path] = []
-    part = out
+    written = "nothing was written to"
     try:
         with _told(out):
             home = out.absolute() if out.is_dir() else out.absolute().parent
-            part = home / f"{_PART_START}{secrets.token_hex(6)}{_PART_END}"
-            for path in reversed([path for path in (part, *part.parents) if not path.exists()]):
+            for path in reversed([path for path in (home, *home.parents) if not path.exists()]):
                 path.mkdir()
                 made.append(path)
-        with _told(out, part):
+        with _told(out), temporary_in(home, as_folder=True) as part, _told(out, part):
             yield part
-            with _uninterrupted():
+            with held_back():
                 _publish(part, out, first)
+                written = "all of it is in"
     except KeyboardInterrupt:
-        raise KeyboardInterrupt(f"nothing was written to {out}.") from None
+        raise KeyboardInterrupt(f"{written} {out}.") from None
     finally:
-        with _uninterrupted():
-            if part in made:
-                shutil.rmtree(part, ignore_errors=True)
+        with held_back():
             for path in reversed(made):
                 with suppress(OSError):  # what was published into it keeps a folder
                     path.rmdir()
@@ -113,17 +102,3 @@ def _told(out: Path, part: Path | None = None) -> Iterator[None]:
         if part is None or str(part) not in str(error):
             raise
         raise InputError(str(error).replace(str(part), str(out)), file=str(out)) from error
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Ignore Ctrl-C for the blink of an eye in which files are moved or removed."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        yield
-    finally:
-        if before is not None:
-            signal.signal(signal.SIGINT, before)

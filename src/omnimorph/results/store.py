@@ -16,6 +16,7 @@ import dataclasses
 import hashlib
 import io
 import json
+import math
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from omnimorph.errors import InputError, OmnimorphError, RunFileError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import replacing
 from omnimorph.results.run import COLUMNS, Column, Outcome, Performance, Provenance, Run
 
@@ -35,6 +37,7 @@ SCHEMA_VERSION = 1
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LONGEST_FIXED_TEXT = 32_000  # bytes; HDF5 keeps no more than 64 KiB beside an object
+_MOST_COMPRESSED = 1032  # by this gzip can shrink, and no more
 _AXES = ["x", "y", "z"]
 _WRENCH = ["force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z"]
 # Attribute of the file -> field of the provenance; only files and displays carry units in names.
@@ -106,6 +109,8 @@ def load_run(path: str | Path) -> Run:
     RunFileError
         If the file cannot be read, is cut off, is no netCDF-4 file or no run, was written by a
         newer schema, lacks a column, or was changed since: one sentence that names the file.
+    TooLargeError
+        If its columns are more than memory holds.
     """
     try:
         with open(path, "rb") as file:
@@ -230,6 +235,7 @@ def _read(path: str | Path, file: Any) -> Run:
     told = {name: _attribute(path, file, key) for key, name in _ATTRIBUTES.items()}
     told["content_hash"] = _attribute(path, file, "content_hash")
     outcome = _outcome(path, file)
+    _check_size(path, file)
     columns = _columns(path, file)
     try:
         provenance = Provenance(**told)
@@ -246,6 +252,26 @@ def _read(path: str | Path, file: Any) -> Run:
         raise
     except InputError as error:
         raise _unreadable(path, f"it does not hold a run ({str(error).rstrip('.')})") from error
+
+
+def _check_size(path: str | Path, file: Any) -> None:
+    """Refuse columns that claim more than the file holds, or than memory does, before any is read.
+
+    HDF5 makes up the numbers that were never written, so that a small file can claim any size.
+    """
+    needed = 0
+    for name in ("time", *(column.name for column in COLUMNS)):
+        if name in file:
+            data = file[name]
+            chunk = math.prod(data.chunks or ()) * data.dtype.itemsize
+            filters = data.id.get_create_plist().get_nfilters()
+            stored = data.id.get_storage_size() * (_MOST_COMPRESSED if filters else 1)
+            if max(data.nbytes, chunk) > stored or data.external:
+                raise _unreadable(
+                    path, f"it is cut off or damaged (it does not hold all of {name})"
+                )
+            needed += max(data.nbytes, 8 * data.size)
+    refuse_more_than_memory(f"{path}: its columns", needed, "read a shorter run")
 
 
 def _columns(path: str | Path, file: Any) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from omnimorph import _core
 from omnimorph.errors import ScenarioError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.core import as_core
 from omnimorph.protocols import (
     Allocator,
@@ -72,6 +73,8 @@ def fly(
     ------
     ScenarioError
         If a part does not fit: both a controller and an allocator, a reference that is not finite.
+    TooLargeError
+        If the flight has more rows than memory holds.
 
     Examples
     --------
@@ -105,7 +108,13 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
     """Return the (steps, 12) standard normal numbers behind a flight's white measurement noise.
 
     Columns: position, velocity, attitude, body rate. They depend on nothing but the arguments.
+
+    Raises
+    ------
+    TooLargeError
+        If they are more than memory holds.
     """
+    refuse_more_than_memory(f"{steps} rows of noise", 96 * steps, "ask for fewer")
     return _core.measurement_normals(seed, flight, 0, steps)
 
 

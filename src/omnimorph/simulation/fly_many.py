@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
 from typing import Any, Literal
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from omnimorph import _core
 from omnimorph.errors import ScenarioError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.flights import BatchPerformance, Flights, Precision
 from omnimorph.results.many_metrics import FlightSums, metrics_from_sums
 from omnimorph.results.run import Run
@@ -23,17 +24,18 @@ from omnimorph.simulation.loop_parts import (
     Flown,
     LoopParts,
     as_run,
-    bytes_of_a_row,
+    bytes_of_flights,
     loop_parts,
     whole_number,
 )
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.variation import Distribution, Variation, draw
+from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 
 __all__ = ["fly_many"]
 
 _PATIENCE = 0.1  # s between two looks at whether the user wants to stop
 _BYTES_OF_A_FLIGHT = 800  # without its trace: start, sums, metrics and outcome, with what is copied
+_BYTES_OF_A_NUMBER = 24  # in which flights differ, with what is copied
 
 
 def fly_many(
@@ -99,8 +101,10 @@ def fly_many(
     Raises
     ------
     ScenarioError
-        If `n` is not positive or more than memory holds, if `vary` names an unknown parameter or
-        gives an impossible vehicle, if `keep` names a flight that is not among them.
+        If `n` is not positive, if `vary` names an unknown parameter or gives an impossible vehicle,
+        if `keep` names a flight that is not among them.
+    TooLargeError
+        If the flights, or the traces of those kept, are more than memory holds.
 
     Examples
     --------
@@ -119,10 +123,13 @@ def fly_many(
     threads = _positive("threads", threads, 4096) if threads is not None else os.cpu_count() or 1
     if precision not in ("float64", "float32"):
         raise ScenarioError.at("fly_many", "precision", precision, "float64 or float32")
-    parts = loop_parts(scenario)
+    vary = {} if vary is None else vary
+    varied = numbers_of_a_flight(vary, scenario.vehicle)
+    _check_memory(scenario, n, 0, varied)  # of their numbers, before any are counted out
     kept = _kept(keep, first, n)
-    _refuse_more_than_memory(scenario, parts.steps + 1, n, len(kept))
-    variation = draw({} if vary is None else vary, scenario, seed, first, n)
+    _check_memory(scenario, n, len(kept), varied)
+    parts = loop_parts(scenario)
+    variation = draw(vary, scenario, seed, first, n)
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)
 
@@ -135,7 +142,7 @@ class _Batch:
         scenario: Scenario,
         parts: LoopParts,
         variation: Variation,
-        kept: list[int],
+        kept: Sequence[int],
         seed: int,
         first: int,
         precision: Precision,
@@ -248,40 +255,30 @@ def _positive(name: str, value: object, most: int) -> int:
     return number
 
 
-def _kept(keep: Iterable[int] | Literal["all"], first: int, n: int) -> list[int]:
+def _kept(keep: Iterable[int] | Literal["all"], first: int, n: int) -> Sequence[int]:
     """Return the numbers of the flights to be kept, in order."""
     if isinstance(keep, str):
         if keep != "all":
             raise ScenarioError.at("fly_many", "keep", keep, 'numbers of flights, or "all"')
-        return list(range(first, first + n))
+        return range(first, first + n)
     allowed = f"numbers of flights from {first} to {first + n - 1}"
+    numbers = set()
     try:
-        numbers = sorted({whole_number("fly_many", "keep", number, 32) for number in keep})
+        for asked in keep:
+            number = whole_number("fly_many", "keep", asked, 32)
+            if not first <= number < first + n:
+                raise ScenarioError.at("fly_many", "keep", number, allowed)
+            numbers.add(number)
     except TypeError:
         raise ScenarioError.at("fly_many", "keep", keep, allowed) from None
-    for number in numbers:
-        if not first <= number < first + n:
-            raise ScenarioError.at("fly_many", "keep", number, allowed)
-    return numbers
+    return sorted(numbers)
 
 
-def _refuse_more_than_memory(scenario: Scenario, rows: int, n: int, kept: int) -> None:
-    """Refuse flights whose numbers, as estimated, are more than the free memory holds."""
-    needed = n * _BYTES_OF_A_FLIGHT + kept * rows * bytes_of_a_row(scenario.vehicle)
-    free = _free_memory()
-    if needed > free:
-        allowed = (
-            f"small enough: {n} flights, {kept} of them kept, need about {needed} bytes of memory, "
-            f"and {free} are free"
-        )
-        raise ScenarioError.at("fly_many", "n", n, allowed)
-
-
-def _free_memory() -> int:
-    """Return the bytes of memory that a process can still have."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as lines:
-            sizes = dict(line.split(":") for line in lines)
-        return 1024 * int(sizes["MemAvailable"].split()[0])
-    except (OSError, KeyError, ValueError):  # not Linux
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+def _check_memory(scenario: Scenario, n: int, kept: int, varied: int) -> None:
+    """Refuse flights whose numbers, as estimated, are more than memory holds."""
+    of_a_flight = _BYTES_OF_A_FLIGHT + _BYTES_OF_A_NUMBER * varied
+    refuse_more_than_memory(
+        f"fly_many: {n} flights, {kept} of them kept,",
+        n * of_a_flight + bytes_of_flights(scenario, kept),
+        "fly fewer, keep fewer, or fly for less time",
+    )

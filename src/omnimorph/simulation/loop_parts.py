@@ -31,12 +31,15 @@ __all__ = [
     "LoopParts",
     "as_run",
     "bytes_of_a_row",
+    "bytes_of_flights",
     "loop_parts",
+    "physics_steps",
     "whole_number",
 ]
 
 MOST_STEPS = 2**31
 """How many physics steps a flight has at most; no flight draws the noise of a later one."""
+_BYTES_OF_A_SAMPLE = 800  # of a reference that is asked for every step, with what is copied
 OUTCOMES = {
     _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
     _core.FlightStatus.LOST: Outcome.LOST,
@@ -69,10 +72,7 @@ def loop_parts(scenario: Scenario) -> LoopParts:
         If the flight has no step or too many, or the reference is not finite.
     """
     vehicle, plant = scenario.vehicle, scenario.plant
-    steps = scenario.reference.duration / plant.physics_step
-    if not 0.5 < steps <= MOST_STEPS:
-        allowed = f"from one physics step to {MOST_STEPS} of them"
-        raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+    steps = physics_steps(scenario)
     start = scenario.reference(0.0)
     return LoopParts(
         plant=plant.build_settings(vehicle),
@@ -84,14 +84,44 @@ def loop_parts(scenario: Scenario) -> LoopParts:
             plant.control_period,
             scenario.lateral_force,
         ),
-        reference=_core_reference(scenario, round(steps)),
+        reference=_core_reference(scenario, steps),
         start=state_row(start.p_WB, start.R_WB, np.zeros(6)),
         thrust=hover_thrust(vehicle, scenario.tilt),
         tilt=scenario.tilt,
-        steps=round(steps),
+        steps=steps,
         control_every=control_steps(plant),
         lost_beyond=scenario.lost_beyond,
     )
+
+
+def physics_steps(scenario: Scenario) -> int:
+    """Return how many physics steps a scenario lasts.
+
+    Raises
+    ------
+    ScenarioError
+        If it has no step or too many.
+    """
+    steps = scenario.reference.duration / scenario.plant.physics_step
+    if not 0.5 < steps <= MOST_STEPS:
+        allowed = f"from one physics step to {MOST_STEPS} of them"
+        raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+    return round(steps)
+
+
+def bytes_of_flights(scenario: Scenario, traces: int) -> int:
+    """Return about how much memory flights need, so many of which are recorded.
+
+    Raises
+    ------
+    ScenarioError
+        As `physics_steps`.
+    """
+    rows, vehicle = physics_steps(scenario) + 1, scenario.vehicle
+    needed = traces * rows * (bytes_of_a_row(vehicle) + 16 * vehicle.n_rotors)  # for its power
+    if isinstance(scenario.reference, SegmentReference):
+        return needed
+    return rows * _BYTES_OF_A_SAMPLE + needed
 
 
 class Flown(NamedTuple):

@@ -12,6 +12,7 @@ import numpy as np
 from omnimorph import _core
 from omnimorph.control.controller import core_settings
 from omnimorph.errors import ScenarioError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import Command, FloatArray
 from omnimorph.results.run import Outcome, Run
 from omnimorph.simulation.effects import Effectiveness
@@ -19,7 +20,9 @@ from omnimorph.simulation.loop_parts import (
     OUTCOMES,
     Flown,
     as_run,
+    bytes_of_flights,
     loop_parts,
+    physics_steps,
     whole_number,
 )
 from omnimorph.simulation.scenario import Scenario
@@ -41,6 +44,13 @@ class SteppedFlight:
     seed, flight : int
         Which noise.
 
+    Raises
+    ------
+    ScenarioError
+        If a number or the reference cannot be flown.
+    TooLargeError
+        If it has more rows than memory holds.
+
     Attributes
     ----------
     columns : mapping of str to array
@@ -61,6 +71,11 @@ class SteppedFlight:
         self.scenario = scenario
         self._seed = whole_number("fly", "seed", seed, 64)
         self._flight = whole_number("fly", "flight", flight, 32)
+        refuse_more_than_memory(
+            f"{scenario.name}: the {physics_steps(scenario) + 1} rows of the flight",
+            bytes_of_flights(scenario, 1),
+            "fly for less time or with longer physics steps",
+        )
         parts = loop_parts(scenario)
         self.steps, self.control_every = parts.steps, parts.control_every
         self.settings = parts.controller

@@ -21,6 +21,7 @@ from omnimorph.analysis.scaling import checked_tilt
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import state_row
 from omnimorph.protocols import Command, FloatArray
@@ -34,7 +35,11 @@ from omnimorph.simulation.effects import (
     RotorLag,
     SpeedLimits,
 )
-from omnimorph.simulation.loop_parts import MOST_STEPS, whole_number
+from omnimorph.simulation.loop_parts import (
+    MOST_STEPS,
+    bytes_of_a_row,
+    whole_number,
+)
 from omnimorph.simulation.plant import PlantModel, flight_without_controller
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
 from omnimorph.units import from_SI
@@ -55,6 +60,7 @@ _BOLTED = 1e12  # kg and kg m²: a body that no rotor moves
 _NO_DRAG = 1e-300  # N m s²/rad²; a vehicle wants a positive number
 _ROUNDING = 1e-9
 _NO_WRENCH = np.zeros(6)
+_BYTES_OF_A_READING = 256  # beside the row of the plant: noise and what is read
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,6 +249,8 @@ class ThrustStand:
         ScenarioError
             If the profile is one of another number of rotors, of no sample or too many, beyond the
             limits of `SpeedLimits` or too fast to compute with; or the seed is no such integer.
+        TooLargeError
+            If the reading has more rows than memory holds.
         """
         thrust = self._commands(profile)
         seed = whole_number(_STAND, "seed", seed, 64)
@@ -252,6 +260,12 @@ class ThrustStand:
             allowed = f"from one sample to {MOST_STEPS} of them, {rate:g} a second"
             raise ScenarioError.at(_PROFILE, "duration", profile.duration, allowed)
         rows = round(steps) + 1
+        needed = rows * (bytes_of_a_row(self.vehicle) + _BYTES_OF_A_READING)
+        refuse_more_than_memory(
+            f"{_PROFILE}: the {rows} rows of the reading",
+            needed,
+            "measure for less time or fewer times a second",
+        )
         first_rows = np.ceil(np.round(profile.time * rate, 6)).astype(int)
         columns = self._run(thrust, np.diff(first_rows, append=rows), rows)
         load = columns["wrench_achieved"]

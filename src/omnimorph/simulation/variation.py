@@ -10,17 +10,26 @@ import math
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
+from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["VARIABLE", "Distribution", "Normal", "Uniform", "Variation", "draw"]
+__all__ = [
+    "VARIABLE",
+    "Distribution",
+    "Normal",
+    "Uniform",
+    "Variation",
+    "draw",
+    "numbers_of_a_flight",
+]
 
 _FACTOR = "a positive factor"
 _FINITE = "finite"
@@ -158,6 +167,12 @@ class Variation:
     def of_flight(self, row: int) -> dict[str, object]:
         """Return the numbers of one flight, as JSON holds them."""
         return {name: values[row].tolist() for name, values in self.drawn.items()}
+
+
+def numbers_of_a_flight(vary: Mapping[str, Any], vehicle: Vehicle) -> int:
+    """Return how many numbers are drawn for each flight; unknown names count for nothing."""
+    known = [_PARAMETERS[name] for name in vary if name in _PARAMETERS]
+    return sum(parameter.width or vehicle.n_rotors for parameter in known)
 
 
 def draw(

@@ -13,7 +13,7 @@ import numpy as np
 from omnimorph.analysis import tilt_of_largest_radius
 from omnimorph.analysis.platform import Platform, platform
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import OmnimorphError
+from omnimorph.errors import OmnimorphError, TooLargeError
 from omnimorph.report.comparison_figures import Column, numbers_of_platforms, to_one_scale
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import save_svg
@@ -81,6 +81,8 @@ def compare(
         flown, refusal = None, ""
         try:
             flown = fly(load_scenario(SCENARIO).for_vehicle(vehicle), seed=seed).metrics
+        except TooLargeError:  # that is not the vehicle's
+            raise
         except OmnimorphError as refused:
             refusal = str(refused)
         rows.append(

@@ -9,11 +9,14 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from typing import NamedTuple
 
-from omnimorph.errors import OmnimorphError
+from omnimorph.errors import OmnimorphError, ScenarioError, TooLargeError
+from omnimorph.machine.memory import available_bytes
 from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
+from omnimorph.simulation.loop_parts import bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightLog, Flown, flight_keys
 
@@ -45,14 +48,15 @@ def fly_jobs(
 
     Notes
     -----
-    A flight that is refused is an answer (`Flown.failure`), not the end. A Ctrl-C waits for the
+    A flight that is refused is an answer (`Flown.failure`), not the end, unless it is memory that
+    lacks: as many are in the air as there are cores, or as memory holds. A Ctrl-C waits for the
     flights that are in the air, a few hundredths of a second each, and keeps them.
     """
     keys = flight_keys([job.scenario for job in jobs], [job.seed for job in jobs])
     todo = {key: job for key, job in zip(keys, jobs, strict=True) if log.get(key) is None}
     for _ in range(len(jobs) - len(todo)):
         next_step()
-    pool = ThreadPoolExecutor(os.cpu_count())
+    pool = ThreadPoolExecutor(_at_once(jobs))
     try:
         waiting = {pool.submit(_fly, key, job, log) for key, job in todo.items()}
         while waiting:
@@ -65,13 +69,24 @@ def fly_jobs(
 
 def fly_runs(jobs: Sequence[Job]) -> list[Run]:
     """Fly jobs whose traces are needed; they are not kept in a log."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(_at_once(jobs)) as pool:
         return list(pool.map(lambda job: fly(job.scenario, seed=job.seed), jobs))
+
+
+def _at_once(jobs: Sequence[Job]) -> int:
+    """Return how many flights are in the air: one on each core, or as many as memory holds."""
+    largest = 1
+    for scenario in {id(job.scenario): job.scenario for job in jobs}.values():
+        with suppress(ScenarioError):  # it cannot be flown, as the answer to it will tell
+            largest = max(largest, bytes_of_flights(scenario, 1))
+    return max(min(os.cpu_count() or 1, available_bytes() // largest), 1)
 
 
 def _fly(key: str, job: Job, log: FlightLog) -> None:
     try:
         flown = Flown(fly(job.scenario, seed=job.seed).metrics)
+    except TooLargeError:  # on this machine, now
+        raise
     except OmnimorphError as refused:
         flown = Flown(None, str(refused))
     log.add(key, flown)

@@ -9,7 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from omnimorph.errors import InputError
-from omnimorph.results.folder import is_left_over, staged
+from omnimorph.results.folder import staged
+from omnimorph.results.temporary import is_temporary
 from omnimorph.studies.flight_log import is_flight_log
 
 __all__ = ["FLIGHTS", "check_own", "own_folder"]
@@ -60,7 +61,7 @@ def check_own(out: Path, schema: str) -> None:
         sentence = f"{out}: it is not a folder; give a new or an empty one."
         raise InputError(sentence, file=str(out))
     log = out / FLIGHTS
-    others = {path for path in out.iterdir() if not is_left_over(path)}
+    others = {path for path in out.iterdir() if not is_temporary(path)}
     unfinished = others == {log} and is_flight_log(log)
     if others and not unfinished and _schema_of(out / _MARK) != schema:
         sentence = (

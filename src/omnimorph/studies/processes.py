@@ -10,6 +10,8 @@ from collections.abc import Callable
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from typing import Any
 
+from omnimorph.machine.children import end_with
+
 __all__ = ["busy_pool"]
 
 
@@ -30,16 +32,20 @@ def busy_pool(
 
     Notes
     -----
-    A Ctrl-C is this process's to answer; the workers do not notice it.
+    A Ctrl-C is this process's to answer; the workers do not notice it. They end with it, however it
+    ends.
     """
     count = workers or os.cpu_count()
     if sys.platform != "linux":
         return ThreadPoolExecutor(count, initializer=prepare, initargs=args)
     fork = multiprocessing.get_context("fork")
-    return ProcessPoolExecutor(count, fork, _quietly, (prepare, *args))
+    return ProcessPoolExecutor(count, fork, _begin, (os.getpid(), prepare, *args))
 
 
-def _quietly(prepare: Callable[..., None] | None, *args: Any) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _begin(parent: int, prepare: Callable[..., None] | None, *args: Any) -> None:
+    end_with(parent)
+    for number in (signal.SIGINT, signal.SIGHUP):  # they reach all processes of a terminal
+        signal.signal(number, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # by which a pool ends what is left of it
     if prepare is not None:
         prepare(*args)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import RunFileError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 from omnimorph.results.curves import attitude_error, attitude_error_between, position_error_mm
 from omnimorph.results.run import COLUMNS, Run
@@ -21,6 +22,7 @@ __all__ = ["Flight", "Frame", "Playback", "blade_turns", "can_be_shown", "frame_
 
 _FARTHEST = 1e6  # m
 _MOST_ROWS_OF_PATH = 600
+_BYTES_OF_A_MOMENT = 64  # errors and what finds the rows that can be shown
 # A second, of the fastest rotor: what an eye, and 30 pictures a second, can follow.
 _TURNS_SHOWN = 1.0
 
@@ -89,16 +91,21 @@ class Flight:
     ------
     RunFileError
         If not even the first row can be shown.
+    TooLargeError
+        If its curves are more than memory holds.
     """
 
     def __init__(self, run: Run, name: str) -> None:
+        rows = len(run.time)
+        needed = rows * (_BYTES_OF_A_MOMENT + 24 * run.vehicle.n_rotors)  # 24: turns of the blades
+        refuse_more_than_memory(f"{name}: the curves of {rows} rows", needed, "show a shorter one")
         shown = can_be_shown(vars(run), slice(None))
         if not shown[0]:
             raise RunFileError(f"{name}: no moment of the run can be shown: it is not finite.")
         if not shown.all():
-            rows = slice(int(shown.argmin()))
+            seen = slice(int(shown.argmin()))
             names = ("time", *(column.name for column in COLUMNS))
-            run = replace(run, **{column: getattr(run, column)[rows] for column in names})
+            run = replace(run, **{column: getattr(run, column)[seen] for column in names})
         self.run, self.name = run, name
         self.vehicle = run.vehicle
         self.duration = float(run.time[-1])

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import shutil
 import subprocess
-import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnimorph.errors import InputError
+from omnimorph.machine.children import started
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 from omnimorph.results.atomic import replacing
 from omnimorph.viewer.server import address_of
@@ -29,6 +31,7 @@ __all__ = [
     "browser",
     "camera_in",
     "check_format",
+    "check_length",
     "save_picture",
     "save_video",
     "still",
@@ -39,6 +42,7 @@ VIDEO_FORMATS = (".gif", ".webp", ".mp4")
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 _MOST_TRIES = 8
+_BYTES_OF_A_PIXEL = 5  # of a video that is written when all of its pictures are there
 _PATIENCE = 60.0  # s for the browser to open the page, and for one picture
 
 Camera = Callable[[int, int, FloatArray, FloatArray], NDArray[np.uint8]]
@@ -88,6 +92,20 @@ def check_format(option: str, path: Path, formats: Sequence[str]) -> None:
         raise InputError.at("the command line", option, str(path), allowed)
 
 
+def check_length(path: Path, pictures: int, width: int, height: int) -> None:
+    """Refuse a video whose pictures, which wait in memory but for ``.mp4``, are more than it holds.
+
+    Raises
+    ------
+    TooLargeError
+        If they are.
+    """
+    if path.suffix.lower() != ".mp4":
+        needed = pictures * width * height * _BYTES_OF_A_PIXEL
+        instead = "write an .mp4, or let it go faster"
+        refuse_more_than_memory(f"{path}: {pictures} pictures", needed, instead)
+
+
 @contextmanager
 def camera_in(server: Any) -> Iterator[Camera]:
     """Open a server's page in a browser without a window; give what takes its pictures.
@@ -104,42 +122,29 @@ def camera_in(server: Any) -> Iterator[Camera]:
     """
     program = browser()
     server.guard.takes_pictures = True
-    with tempfile.TemporaryDirectory(prefix="omnimorph-", ignore_cleanup_errors=True) as profile:
-        process = subprocess.Popen(
-            [program, *_options(profile), address_of(server)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        try:
-            client = _first_client(server, process, program)
+    with started([program, *_options(), address_of(server)]) as process:
+        client = _first_client(server, process, program)
 
-            def take(
-                width: int, height: int, position: FloatArray, look_at: FloatArray
-            ) -> NDArray[np.uint8]:
-                try:
-                    drawn = client.get_render(
-                        height,
-                        width,
-                        position=position,
-                        wxyz=_looking(position, look_at),
-                        fov=FIELD_OF_VIEW,
-                        transport_format="png",
-                        timeout=_PATIENCE,
-                    )
-                except (RuntimeError, TimeoutError):  # it crashed, was ended, or cannot draw
-                    raise _no_picture(program, "did not draw the picture") from None
-                return _on_white(drawn)
+        def take(
+            width: int, height: int, position: FloatArray, look_at: FloatArray
+        ) -> NDArray[np.uint8]:
+            try:
+                drawn = client.get_render(
+                    height,
+                    width,
+                    position=position,
+                    wxyz=_looking(position, look_at),
+                    fov=FIELD_OF_VIEW,
+                    transport_format="png",
+                    timeout=_PATIENCE,
+                )
+            except (RuntimeError, TimeoutError):  # it crashed, was ended, or cannot draw
+                raise _no_picture(program, "did not draw the picture") from None
+            return _on_white(drawn)
 
-            # the first one compiles what draws
-            take(64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3))
-            yield take
-        finally:
-            process.terminate()
-            with suppress(subprocess.TimeoutExpired):
-                process.wait(timeout=10.0)
-            process.kill()
-            process.wait()
+        # the first one compiles what draws
+        take(64, 48, np.array([0.0, -3.0, 1.0]), np.zeros(3))
+        yield take
 
 
 def still(
@@ -191,17 +196,18 @@ def save_video(path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: fl
             _write_with_pillow(temporary, _pillow_format(path), pictures, per_second)
 
 
-def _options(profile: str) -> list[str]:
+def _options() -> list[str]:
     options = ["--headless=new", "--no-first-run", "--disable-extensions", "--mute-audio"]
+    options += ["--user-data-dir=."]  # the folder it is given
     # A picture may be larger than the window, and a small window leaves more time for it.
-    options += ["--window-size=400,300", f"--user-data-dir={profile}", "--hide-scrollbars"]
+    options += ["--window-size=400,300", "--hide-scrollbars"]
     options += ["--enable-unsafe-swiftshader"]  # where there is no GPU, it draws in software
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         options.append("--no-sandbox")  # Chromium refuses to start for root with it
     return options
 
 
-def _first_client(server: Any, process: subprocess.Popen[bytes], program: str) -> Any:
+def _first_client(server: Any, process: subprocess.Popen[str], program: str) -> Any:
     began = time.monotonic()
     while time.monotonic() - began < _PATIENCE and process.poll() is None:
         for client in server.get_clients().values():
@@ -251,21 +257,24 @@ def _write_with_pillow(
 def _write_with_ffmpeg(
     path: Path, pictures: Iterable[NDArray[np.uint8]], per_second: float
 ) -> None:
-    encoder: subprocess.Popen[bytes] | None = None
-    for pixels in pictures:
-        if encoder is None:
-            height, width, _ = pixels.shape
-            size = f"{width}x{height}"
-            command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
-            command += ["-s", size, "-r", f"{per_second:g}", "-i", "-", "-pix_fmt", "yuv420p"]
-            encoder = subprocess.Popen(
-                [*command, "-f", "mp4", str(path)], stdin=subprocess.PIPE, stderr=subprocess.PIPE
-            )
+    others = iter(pictures)
+    first = next(others)
+    size = f"{first.shape[1]}x{first.shape[0]}"
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+    command += ["-s", size, "-r", f"{per_second:g}", "-i", "-", "-pix_fmt", "yuv420p"]
+    command += ["-f", "mp4", str(path)]
+    # It ends when its input does, hence also with this process.
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as encoder:
         assert encoder.stdin is not None
-        with suppress(BrokenPipeError):
-            encoder.stdin.write(pixels.tobytes())
-    assert encoder is not None
-    _, complaint = encoder.communicate()
+        try:
+            for pixels in itertools.chain([first], others):
+                encoder.stdin.write(pixels.tobytes())
+        except BaseException as error:
+            if not isinstance(error, BrokenPipeError):  # with that it has ended, and says why
+                encoder.kill()
+                encoder.communicate()
+                raise
+        _, complaint = encoder.communicate()
     if encoder.returncode != 0:
         told = complaint.decode(errors="replace").strip().splitlines()
         reason = told[-1] if told else "it told no reason"

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from omnimorph.bench.batches import fly_all
 from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import Desired, FloatArray
-from omnimorph.simulation.fly_many import fly_many
 from omnimorph.simulation.plant import PlantModel, SimulatedPlant
 from omnimorph.simulation.scenario import Scenario
 
@@ -146,7 +146,7 @@ def ours(loop: Loop) -> Timed:
         began = time.perf_counter()
         away = {"start_position": np.tile([0.2, 0.0, 0.1], (loop.vehicles, 1))}
         keep = (0,) if loop.vehicles == 1 else ()
-        flights = fly_many(_scenario(simple), loop.vehicles, vary=away, keep=keep)
+        flights = fly_all(_scenario(simple), loop.vehicles, vary=away, keep=keep)
         setting_up = time.perf_counter() - began - flights.performance.wall_time
         end = flights.runs[0].p_WB[-1] if flights.runs else np.full(3, np.nan)
         return Timed(flights.performance.wall_time, setting_up, end)

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from omnimorph import textbook
+from omnimorph.bench.batches import fly_all
 from omnimorph.control.allocators import ThreeCandidates
 from omnimorph.protocols import FloatArray, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
-from omnimorph.simulation.fly_many import fly_many
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.simulation.variation import Uniform
@@ -65,7 +65,7 @@ def recorded_problems(count: int = 2000) -> list[Problem]:
         problems += _of_run(scenario, fly(scenario), count // 4, 1.0)
     scenario = load_scenario("hover")
     away = {"start_position": Uniform(-0.3, 0.3), "start_attitude": Uniform(-0.3, 0.3)}
-    flights = fly_many(scenario, RECOVERIES, vary=away, keep="all")
+    flights = fly_all(scenario, RECOVERIES, vary=away, keep="all")
     for run in flights.runs.values():
         problems += _of_run(scenario, run, count // 2 // RECOVERIES, 0.1)
     return problems

@@ -21,6 +21,7 @@ from omnimorph.bench.peers.missing import NotInstalled, quiet
 from omnimorph.bench.peers.recorded_problems import Problem, recorded_problems
 from omnimorph.bench.peers.solvers import SOLVERS, Answers, Solve, exact_answers, solve_all
 from omnimorph.bench.provenance import provenance_of_machine
+from omnimorph.machine.children import end_with
 from omnimorph.protocols import FloatArray
 
 __all__ = ["measure_peers"]
@@ -79,9 +80,9 @@ def measure_peers(
     with ExitStack() as stack:
         # A process each, kept for all rounds: they differ in what they need of one another's
         # libraries, and their threads rest while others run.
+        spawn, ends = get_context("spawn"), (end_with, (os.getpid(),))
         pools = {
-            name: stack.enter_context(ProcessPoolExecutor(1, get_context("spawn")))
-            for name in _SIMULATORS
+            name: stack.enter_context(ProcessPoolExecutor(1, spawn, *ends)) for name in _SIMULATORS
         }
         for _ in range(rounds):
             for name, (_, make) in SOLVERS.items():

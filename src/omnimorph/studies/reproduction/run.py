@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from omnimorph.errors import InputError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import write_text
 from omnimorph.results.run import Run
 from omnimorph.studies.flight_log import FlightLog, Flown
@@ -54,6 +55,7 @@ Progress = Callable[[float, float, str], None]
 SCHEMA = "omnimorph reproduction"
 """What ``results.json`` says it is; a folder with such a file may be written over."""
 _KEPT = (A, B)
+_BYTES_OF_A_SEED = 20_000  # what is kept of the flights of each
 _DRAWN_LOSSES = ("a_survives", "b_survives")
 
 
@@ -79,13 +81,17 @@ def reproduce(out: Path, plan: Plan, progress: Progress | None = None) -> Path:
     Raises
     ------
     InputError
-        If `out` is a file or somebody else's folder, cannot be written, or the plan has no seed.
+        If `out` is a file or somebody else's folder, cannot be written, or the plan has no seed, or
+        more seeds than memory holds.
     KeyboardInterrupt
         With a sentence that says where the finished flights are.
     """
     out = Path(out)
     if not plan.seeds:
         raise InputError.at("reproduce", "seeds", 0, "at least 1")
+    count = plan.seeds.stop - plan.seeds.start
+    needed = count * _BYTES_OF_A_SEED
+    refuse_more_than_memory(f"reproduce: flights of {count} seeds", needed, "ask for fewer")
     check_own(out, SCHEMA)
     try:
         with FlightLog(out / FLIGHTS) as log:

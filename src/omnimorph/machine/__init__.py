@@ -1,0 +1,3 @@
+"""What the machine gives and asks: its memory, other processes, signals to end."""
+
+from __future__ import annotations

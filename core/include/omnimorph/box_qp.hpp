@@ -203,8 +203,8 @@ inline T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const
 }
 
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
-/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are. Rarely needed: cold.
-template <class T, int N, class Solution> [[gnu::cold, gnu::noinline]] void walk_down(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
+/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
+template <class T, int N, class Solution> inline void walk_down(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
     PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);

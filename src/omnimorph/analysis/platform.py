@@ -106,7 +106,7 @@ def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
     """Return the largest r for which every sideways force of size r can be added to the weight.
 
     ``(r cos φ, r sin φ, m g)`` is in the set of forces at zero moment for every φ; exact, from the
-    facets n·x ≤ h of the set: r = min (h − n_z m g) / |n_xy|.
+    halfspaces n·x ≤ h of the set: r = min (h − n_z m g) / |n_xy|.
 
     Parameters
     ----------
@@ -132,10 +132,12 @@ def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
     forces, weight = force_set(vehicle, tilt, zero_moment=True), vehicle.mass * GRAVITY
     if forces.dimension < 3 or not forces.contains([0.0, 0.0, weight]):
         return 0.0
-    across = np.hypot(forces.normals[:, 0], forces.normals[:, 1])
-    room = forces.offsets - weight * forces.normals[:, 2]
+    # A superfluous halfspace leaves at least as much room, so the facets need not be found.
+    normals = forces.rows @ forces.basis.T
+    across = np.hypot(normals[:, 0], normals[:, 1])
+    room = forces.bounds - normals @ (np.array([0.0, 0.0, weight]) - forces.origin)
     sideways = across > 1e-9
-    return float((room[sideways] / across[sideways]).min())
+    return max(float((room[sideways] / across[sideways]).min()), 0.0)
 
 
 def lateral_reach_over_tilts(vehicle: Vehicle) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
+from omnimorph.design.ranges import OF_VEHICLES
 from omnimorph.design.vehicle import Source, Vehicle
 from omnimorph.errors import MISSING, VehicleError
 from omnimorph.units import to_SI, unit_of
@@ -130,7 +131,11 @@ def _rotor_numbers(
         number = numbers[given_as]
         if given_as != key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
             speed = math.sqrt(abs(number) / numbers["thrust_coefficient_N_per_Hz2"])
-            number = math.copysign(speed, number)
+            speed = math.copysign(speed, number)
+            if speed not in OF_VEHICLES[key]:
+                allowed = f"such that it takes {OF_VEHICLES[key]} Hz, not {speed:g}"
+                raise VehicleError.at(file, f"{where}.{given_as}", number, allowed)
+            number = speed
         values[attribute] = _in_SI(key, number)
     return values
 

@@ -17,6 +17,7 @@ from omnimorph import _core
 from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
@@ -25,11 +26,14 @@ from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 
-__all__ = ["INTEGRATORS", "PlantModel", "SimulatedPlant", "control_steps"]
+__all__ = ["INTEGRATORS", "TIME_STEPS", "PlantModel", "SimulatedPlant", "control_steps"]
 
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
 _NO_WRENCH = np.zeros(6)
 _POSITIVE = "a positive number of milliseconds"
+
+TIME_STEPS = Range(1e-3, 1e4)
+"""Of physics step and control period, ms."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,8 +58,8 @@ class PlantModel(Record):
     """
 
     kind: ClassVar[str] = "plant"
-    physics_step: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
-    control_period: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
+    physics_step: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
+    control_period: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
     integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = "semi-implicit-euler"
     effects: tuple[Effect, ...] = ()
     name: str = "own"

@@ -16,6 +16,7 @@ from omnimorph.control.controller import core_settings
 from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.ranges import Range
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
@@ -26,7 +27,12 @@ from omnimorph.simulation.plant import PlantModel
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
 
-__all__ = ["Scenario", "described", "proposed_controller"]
+__all__ = ["LOST_BEYOND", "TILTS_DEG", "Scenario", "described", "proposed_controller"]
+
+LOST_BEYOND = Range(1e-6, 1e9)
+"""In m."""
+TILTS_DEG = Range(-1e5, 1e5)
+"""In degrees; the limits of the servos are mostly narrower."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,8 +77,8 @@ class Scenario:
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.lost_beyond) and self.lost_beyond > 0):
-            allowed = "a positive number of metres"
+        if self.lost_beyond not in LOST_BEYOND:
+            allowed = f"a positive number of metres, {LOST_BEYOND}"
             raise ScenarioError.at(self.name, "lost_beyond_m", self.lost_beyond, allowed)
         tilt = self.tilt
         vehicle = self.vehicle

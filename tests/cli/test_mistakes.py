@@ -98,9 +98,9 @@ def test_words_that_cannot_be_used(program: Program, tmp_path: Path, words: str,
         ("lost_beyond_m", "lost_beyond", "mine.toml: lost_beyond is not a known key; did you mean "
          "lost_beyond_m "),
         ("lost_beyond_m = 1.0", "lost_beyond_m = '1'", 'mine.toml: lost_beyond_m is "1", but it '
-         "must be a positive number of metres."),
+         "must be a positive number of metres, from 1e-6 to 1e9."),
         ("lost_beyond_m = 1.0", "lost_beyond_m = nan", "mine.toml: lost_beyond_m is nan, but it "
-         "must be a positive number of metres."),
+         "must be a positive number of metres, from 1e-6 to 1e9."),
         ("name = \"mine\"", "", "mine.toml: name is missing, but it must be "),
         ("control_period_ms = 4.0", "control_period_ms = 2.5", "mine.toml: plant: "
          "control_period_ms is 2.5, but it must be a multiple of the physics step, 1 ms."),

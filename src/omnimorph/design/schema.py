@@ -80,7 +80,7 @@ def range_of(field: FieldInfo) -> Range | None:
 
 
 class Table(BaseModel):
-    """A table of one of our TOML files: no unknown keys, no text or enormity in place of numbers."""
+    """A table of one of our TOML files: no unknown keys, nothing but numbers within their range."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
@@ -104,9 +104,9 @@ class RotorDefaults(Table):
         OF_VEHICLES["drag_coefficient_Nm_per_Hz2"], POSITIVE, None
     )
     speed_min_Hz: Number | None = number(OF_VEHICLES["speed_min_Hz"], NUMBER, None)
-    speed_max_Hz: Number | None = number(OF_VEHICLES["speed_max_Hz"], NUMBER, None)
+    speed_max_Hz: Number | None = number(OF_VEHICLES["speed_max_Hz"], POSITIVE, None)
     thrust_min_N: Number | None = number(OF_VEHICLES["thrust_min_N"], NUMBER, None)
-    thrust_max_N: Number | None = number(OF_VEHICLES["thrust_max_N"], NUMBER, None)
+    thrust_max_N: Number | None = number(OF_VEHICLES["thrust_max_N"], POSITIVE, None)
     dead_band_Hz: Number | None = number(OF_VEHICLES["dead_band_Hz"], NOT_NEGATIVE, None)
     time_constant_up_ms: Number | None = number(
         OF_VEHICLES["time_constant_up_ms"], NOT_NEGATIVE, None

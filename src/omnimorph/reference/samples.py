@@ -57,7 +57,8 @@ class SampledReference:
     ------
     ScenarioError
         If a number is beyond its range, the times do not increase, a quaternion is far from unit
-        length, or two successive attitudes differ by more than 170°: near 180° the way round is ambiguous.
+        length, or two successive attitudes differ by more than 170°: near 180° the way round is
+        ambiguous.
 
     Examples
     --------
@@ -224,7 +225,7 @@ def _check_attitudes(q: FloatArray, source: str, places: Sequence[str]) -> None:
 
 def _read_csv(path: str | Path) -> tuple[FloatArray, list[str]]:
     """Return the (K, 8) table of time, position, quaternion, and the line of each row."""
-    content = read_csv_table(path, partial(_check_header, path), ScenarioError)
+    content = read_csv_table(path, partial(_check_header, path), RANGES, ScenarioError)
     table = np.zeros((len(content.rows), 8))
     table[:, 4] = 1.0
     order = [(*POSE_COLUMNS, *QUATERNION_COLUMNS).index(name) for name in content.columns]

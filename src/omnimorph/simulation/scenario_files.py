@@ -42,6 +42,7 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
+from omnimorph.design.input_files import is_file
 from omnimorph.design.records import file_model
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
@@ -282,7 +283,7 @@ def _named(file: str, build: Callable[[], Built]) -> Built:
     try:
         return build()
     except InputError as refused:
-        if refused.file is not None and Path(refused.file).is_file():
+        if refused.file is not None and is_file(refused.file):
             raise
         raise ScenarioError(
             f"{file}: {refused}",

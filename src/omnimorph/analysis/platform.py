@@ -13,6 +13,7 @@ from omnimorph.analysis.hover import hover, sphere_directions
 from omnimorph.analysis.omnidirectional import inscribed_radius, tilt_of_largest_radius
 from omnimorph.analysis.scaling import common_limits
 from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
@@ -61,7 +62,7 @@ class Platform:
         return self.hover_power / self.mass
 
 
-def platform(vehicle: Vehicle) -> Platform:
+def platform(vehicle: VehicleLike) -> Platform:
     """Return a vehicle in a few numbers.
 
     Raises
@@ -76,6 +77,7 @@ def platform(vehicle: Vehicle) -> Platform:
     >>> round(found.radius_over_weight, 3), found.thrust_kind.value, round(found.hover_power, 1)
     (1.31, 'omnidirectional', 111.4)
     """
+    vehicle = as_vehicle(vehicle)
     tilts = np.unique(np.linspace(*common_limits(vehicle), _TILTS)) if vehicle.n_servos else [0.0]
     hovers = [hover(vehicle, tilt) for tilt in tilts]
     cheapest = min(hovers, key=lambda one: one.power)
@@ -102,7 +104,7 @@ def platform(vehicle: Vehicle) -> Platform:
     )
 
 
-def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
+def lateral_reach(vehicle: VehicleLike, tilt: float | FloatArray) -> float:
     """Return the largest r for which every sideways force of size r can be added to the weight.
 
     ``(r cos φ, r sin φ, m g)`` is in the set of forces at zero moment for every φ; exact, from the
@@ -129,6 +131,7 @@ def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
     >>> lateral_reach(vehicle, 0.0), round(lateral_reach(vehicle, math.radians(20.0)), 2)
     (0.0, 4.92)
     """
+    vehicle = as_vehicle(vehicle)
     forces, weight = force_set(vehicle, tilt, zero_moment=True), vehicle.mass * GRAVITY
     if forces.dimension < 3 or not forces.contains([0.0, 0.0, weight]):
         return 0.0

@@ -18,11 +18,11 @@ from omnimorph.design.ranges import limits_in_SI
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Checks", "Source", "read_only"]
+__all__ = ["LONGEST_LINE", "Checks", "Source", "read_only"]
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _WORDS_OF_A_NAME = "at most 100 letters, digits, '.', '_' and '-', the first a letter or digit"
-_LONGEST_LINE = 1000
+LONGEST_LINE = 1000
 
 UNIT_LENGTH_TOLERANCE = 0.01
 """An axis this far from unit length is still taken for a unit vector, and normalised."""
@@ -75,9 +75,9 @@ class Checks:
 
     def line(self, key: str, value: object) -> None:
         """Check that a value is one line of text."""
-        fits = isinstance(value, str) and value.isprintable() and 1 <= len(value) <= _LONGEST_LINE
+        fits = isinstance(value, str) and value.isprintable() and 1 <= len(value) <= LONGEST_LINE
         if not fits:
-            raise self.refuse(key, value, f"one line of text, at most {_LONGEST_LINE} characters")
+            raise self.refuse(key, value, f"one line of text, at most {LONGEST_LINE} characters")
 
     def names(self, key: str, values: object, most: int) -> tuple[str, ...]:
         """Check names that must differ, at most so many."""

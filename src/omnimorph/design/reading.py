@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimorph.design.checks import LONGEST_LINE
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
 from omnimorph.design.ranges import OF_VEHICLES
@@ -183,8 +184,9 @@ def _sources(content: VehicleFile, file: str | Path) -> dict[str, Source]:
             if attribute is None:
                 raise VehicleError.unknown_key(file, where, key, attributes)
             line = " ".join(text.split()) if isinstance(text, str) else ""
-            if not line or not line.isprintable():
-                raise VehicleError.at(file, where, text, "a text that says where it comes from")
+            if not (line.isprintable() and 1 <= len(line) <= LONGEST_LINE):
+                allowed = f"a text that says where it comes from, at most {LONGEST_LINE} characters"
+                raise VehicleError.at(file, where, text, allowed)
             if attribute in found:
                 raise VehicleError.at(file, where, line, "left out, as it is given already")
             found[attribute] = Source(line, assumed=table == "assumed")

@@ -29,7 +29,7 @@ from omnimorph.units import from_SI, to_SI
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["Record", "choice", "file_model", "quantity"]
+__all__ = ["Record", "check_record", "choice", "file_model", "quantity"]
 
 
 def quantity(
@@ -78,6 +78,12 @@ def choice(values: Sequence[Any], allowed: str) -> Any:
     """
     rule = {"values": values, "unit": "", "allowed": allowed, "allowed_in_file": allowed}
     return dataclasses.field(metadata=rule)
+
+
+def check_record(place: str, name: str, value: object, kind: type) -> None:
+    """Refuse an argument that is not a record of a kind; `place` and `name` say which it is."""
+    if not isinstance(value, kind):
+        raise ScenarioError.at(place, name, value, f"of the kind {kind.__name__}")
 
 
 class Record:

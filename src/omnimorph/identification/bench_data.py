@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,7 +17,7 @@ from omnimorph.identification.unit_hints import SPEED_UNITS, check_ratio
 from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI, to_SI, unit_of
 
-__all__ = ["BenchData", "read_bench"]
+__all__ = ["STILL", "BenchData", "column_ranges", "read_bench"]
 
 _SPEEDS = tuple(f"speed_{unit}" for unit in SPEED_UNITS)
 _COMMANDS = tuple(f"command_{unit}" for unit in SPEED_UNITS)
@@ -30,6 +31,7 @@ _RANGES = {
 }
 """Of what a bench records, in SI."""
 _APART = 1e-9  # s, the least time from one row to the next
+STILL = 1e-6  # rad/s: a rotor that turns no faster rests
 _SAME = 0.02  # two columns of one speed agree this well, relative
 
 
@@ -123,7 +125,7 @@ def read_bench(path: str | Path) -> BenchData:
         increase, or two speed columns contradict each other: one sentence, which names the unit
         that was most likely meant.
     """
-    table = read_csv_table(path, partial(_check_columns, str(path)), _column_ranges(), InputError)
+    table = read_csv_table(path, partial(_check_columns, str(path)), column_ranges(), InputError)
     columns = dict(zip(table.columns, table.rows.T, strict=True))
     speeds = [name for name in _SPEEDS if name in columns]
     _check_same(str(path), speeds, columns)
@@ -141,7 +143,7 @@ def read_bench(path: str | Path) -> BenchData:
     )
 
 
-def _column_ranges() -> dict[str, Range]:
+def column_ranges() -> dict[str, Range]:
     """Return the range of each column that a file may have, in its own unit."""
     found = {}
     for name in (*_ALWAYS, *_SPEEDS, *_COMMANDS):
@@ -188,6 +190,8 @@ def _check_command(path: str, speed: str, command: str, columns: dict[str, Float
 
 
 def _ratio(first: FloatArray, second: FloatArray) -> float:
-    """Return how many times the second the first is, as a rule: 1 if that cannot be told."""
-    told = np.abs(second) > 0.02 * np.abs(second).max(initial=0.0)
-    return float(np.median(np.abs(first[told] / second[told]))) if told.any() else 1.0
+    """Return how many times the second the first is, as a rule; 1 if both rest all the time."""
+    told = np.abs(second) > max(0.02 * np.abs(second).max(initial=0.0), STILL)
+    if told.any():
+        return float(np.median(np.abs(first[told] / second[told])))
+    return math.inf if np.abs(first).max(initial=0.0) > STILL else 1.0

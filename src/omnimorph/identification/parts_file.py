@@ -14,7 +14,7 @@
 from __future__ import annotations
 
 import os
-from functools import reduce
+from functools import cache, reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
@@ -59,6 +59,7 @@ def load_parts(path: str | os.PathLike[str]) -> list[Part]:
     return parts
 
 
+@cache
 def _file_model() -> Any:
     from pydantic import ConfigDict, Field, create_model
 

@@ -46,7 +46,7 @@ from omnimorph.design.input_files import is_file
 from omnimorph.design.records import file_model
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
-from omnimorph.protocols import Reference
+from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
@@ -110,7 +110,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
     _named(file, lambda: check_it_can_fly(vehicle))
-    start_tilt = to_SI(np.array(content.start_tilt_deg), "deg")
+    start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
     controller = content.controller
     gains, allocator = _named(
         file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
@@ -233,6 +233,13 @@ def _controller_from(
         return proposed_controller(vehicle, plant, start_tilt)
     rule = content.allocator
     return TrackingGains.from_file(content), _RULES[rule.kind].from_file(rule)
+
+
+def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:
+    if isinstance(degrees, list) and len(degrees) != vehicle.n_servos:
+        allowed = f"one number, or one for each of the {vehicle.n_servos} servos of {vehicle.name}"
+        raise ScenarioError.at(file, "start_tilt_deg", degrees, allowed)
+    return to_SI(np.array(degrees), "deg")
 
 
 def _plant_from(content: Any, name: str) -> PlantModel:

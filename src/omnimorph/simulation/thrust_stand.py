@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
 from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.design.files import as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
@@ -215,6 +216,7 @@ class ThrustStand:
     beyond_limits: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
         object.__setattr__(self, "rotor", checked_rotor(self.vehicle, self.rotor))
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)

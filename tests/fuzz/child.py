@@ -1,16 +1,20 @@
-"""The process in which files are read: ``python -W error -m tests.fuzz.child KIND FIRST COUNT``.
+"""The process in which files are read, in the working directory.
 
-It makes and reads the cases FIRST … FIRST + COUNT − 1 of a kind, in the working directory, and
-prints a line for each that ends in anything but an error of omnimorph's own. A case that takes
-longer than 10 s ends the process; so may one that crashes it. The last line "begin" then tells.
+``python -W error -m tests.fuzz.child cases KIND FIRST COUNT [BUG]`` makes and reads so many cases
+of a kind; ``… files KIND FILE …`` reads files. Each that ends in anything but an error of
+omnimorph's own is told on a line. One that takes longer than 10 s ends the process, with a
+traceback; so may one that crashes it. The last line "begin" then tells which it was.
 """
 
 from __future__ import annotations
 
 import faulthandler
+import os
 import resource
 import sys
+import time
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from random import Random
 
@@ -23,25 +27,28 @@ LONGEST = 10.0  # s
 MOST_MEMORY = 2**30  # bytes, beside what the process has before the first case
 
 
-def main(name: str, first: int, count: int, *bugs: str) -> None:
-    """Read so many cases of a kind."""
-    if "no-ranges" in bugs:
-        Range.__contains__ = lambda self, number: True  # type: ignore[method-assign]
+def read_cases(name: str, first: str, count: str, bug: str = "") -> None:
+    """Make and read so many cases of a kind, with a bug planted if one is named."""
     kind = KINDS[name]
-    warm_up(kind)
-    limit_memory()
-    for case in range(first, first + count):
+    if bug:
+        kind = BUGS[bug](kind)
+    else:
+        limit_memory(kind)
+    for case in range(int(first), int(first) + int(count)):
         tell(f"begin {case}")
-        data = kind.make(Random(f"{name} {case}"))
-        told = failure(kind, data)
+        told = failure(kind, kind.make(Random(f"{name} {case}")))
         if told:
             tell(f"failed {case} {told}")
 
 
-def tell(line: str) -> None:
-    """Print a line at once, so that it is known whatever comes next."""
-    sys.stdout.write(f"{line}\n")
-    sys.stdout.flush()
+def read_files(name: str, *files: str) -> None:
+    """Read files."""
+    limit_memory(KINDS[name])
+    for file in files:
+        tell(f"begin {file}")
+        told = failure(KINDS[name], Path(file).read_bytes())
+        if told:
+            tell(f"failed {file} {told}")
 
 
 def failure(kind: Kind, data: bytes) -> str:
@@ -64,19 +71,55 @@ def failure(kind: Kind, data: bytes) -> str:
     return ""
 
 
-def warm_up(kind: Kind) -> None:
-    """Load what is loaded on first use, so that it counts for no case."""
+def tell(line: str) -> None:
+    """Print a line at once, so that it is known whatever comes next."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
+
+
+def limit_memory(kind: Kind) -> None:
+    """Let the process have so much more address space than it has now, and no more.
+
+    What is loaded on first use counts for no case, so a few are read before.
+    """
     for seed in range(3):
         failure(kind, kind.make(Random(f"warm {seed}")))
-
-
-def limit_memory() -> None:
-    """Let the process have so much more address space than it has now, and no more."""
     status = Path("/proc/self/status").read_text(encoding="ascii")
     size = next(line for line in status.splitlines() if line.startswith("VmSize:"))
     most = 1024 * int(size.split()[1]) + MOST_MEMORY
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
 
 
+# --- bugs that must be found ----------------------------------------------------------------------
+
+
+def without_ranges(kind: Kind) -> Kind:
+    """Let every number pass."""
+    limit_memory(kind)
+    Range.__contains__ = lambda self, number: True  # type: ignore[method-assign]
+    return kind
+
+
+def with_use(use: Callable[[Path], object]) -> Callable[[Kind], Kind]:
+    """Return what plants another reader."""
+
+    def plant(kind: Kind) -> Kind:
+        limit_memory(kind)
+        return kind._replace(use=use)
+
+    return plant
+
+
+BUGS: dict[str, Callable[[Kind], Kind]] = {
+    "no-ranges": without_ranges,
+    "waits": with_use(lambda path: time.sleep(60.0)),
+    "hoards": with_use(lambda path: bytearray(2 * MOST_MEMORY)),
+    "crashes": with_use(lambda path: os.abort()),
+}
+
+
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), *sys.argv[4:])
+    if sys.argv[1] == "cases":
+        read_cases(*sys.argv[2:])
+    else:
+        read_files(*sys.argv[2:])

@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import Command, Desired, Reference, State
 from omnimorph.protocols import FloatArray as Array
@@ -360,7 +359,7 @@ class TextbookFlight(NamedTuple):
 
 
 def fly(
-    vehicle: VehicleLike,
+    vehicle: Vehicle,
     reference: Reference,
     gains: Gains,
     weights: Weights,
@@ -375,7 +374,6 @@ def fly(
     `noise` has a standard-normal row (12,) for each control step, see `measure`; None measures
     exactly. With `fixed_tilt` the tilt stays where it is and only the thrusts are chosen.
     """
-    vehicle = as_vehicle(vehicle)
     h, period = plant.physics_step, plant.control_period
     steps, held = round(duration / h), round(period / h)
     angle, start, zero = np.full(vehicle.n_servos, float(tilt)), reference(0.0), np.zeros(3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import tomllib
 from collections.abc import Callable
 from dataclasses import replace
@@ -19,8 +20,11 @@ from tests.fuzz.mutations import NUMBERS, as_toml, mutated_bytes, mutated_text, 
 from tests.physics.small_vehicles import random_tilting_vehicle, random_vehicle
 
 import omnimorph as om
+from omnimorph.design import parse_vehicle, vehicle_text
+from omnimorph.design.ranges import OF_VEHICLES
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference
+from omnimorph.report.analysis_data import analysis_data
 from omnimorph.report.fit_data import fit_data
 from omnimorph.results.curves import phases
 
@@ -72,6 +76,7 @@ def use_vehicle(path: Path) -> None:
     again = om.analysis.hover(vehicle, vehicle.servo_angle_min)
     assert again.tilt.shape == (vehicle.n_servos,)
     assert np.isfinite(om.allocation_matrix(vehicle, vehicle.servo_angle_max)).all()
+    assert parse_vehicle(vehicle_text(vehicle), "again.toml").n_rotors == vehicle.n_rotors
 
 
 def use_scenario(path: Path) -> None:
@@ -226,22 +231,35 @@ def use_run(path: Path) -> None:
 
 def make_random_vehicle(rng: Random) -> bytes:
     """Return the file of a vehicle of any size and of any numbers that a file may have."""
-    from omnimorph.design import vehicle_text
-
     generator = np.random.default_rng(rng.randrange(2**32))
     n, m = rng.randint(1, 18), rng.choice((0, 0, 1, 1, rng.randint(1, 18)))
     vehicle = random_tilting_vehicle(generator, n, m) if m else random_vehicle(generator, n)
     vehicle = vehicle.replace(mass=n * rng.uniform(0.05, 0.4))
     tree = tomllib.loads(vehicle_text(vehicle))
-    if rng.random() < 0.5:
+    what = rng.choice(("as it is", "mutated", "anywhere in the ranges"))
+    if what == "mutated":
         tree = mutated_tree(tree, [tree], rng)
+    elif what == "anywhere in the ranges":
+        for table in (tree, tree["rotor_defaults"], tree["filter"], *tree["rotor"]):
+            _spread(table, rng)
     return as_toml(tree).encode()
+
+
+def _spread(table: dict[str, Any], rng: Random) -> None:
+    """Give some of a table's numbers any size that their ranges allow, all alike likely."""
+    for key, value in table.items():
+        if key in OF_VEHICLES and rng.random() < 0.3:
+            limits, size = OF_VEHICLES[key], abs(value if isinstance(value, float) else 1.0)
+            least = max(limits.least, 1e-6 * min(size or 1.0, 1.0))
+            factor = math.exp(rng.uniform(math.log(least), math.log(limits.most))) / (size or 1.0)
+            many = isinstance(value, list) and not isinstance(value[0], list)
+            table[key] = [factor * one for one in value] if many else factor * size
 
 
 def use_random_vehicle(path: Path) -> None:
     vehicle = om.load_vehicle(path)
-    if vehicle.n_rotors <= 10:  # with 18 rotors an analysis takes half a minute
-        om.analysis.analyze(vehicle)
+    if vehicle.n_rotors <= 14:  # an analysis of 18 rotors that tilt computes for 23 s
+        json.dumps(analysis_data(om.analysis.analyze(vehicle)), allow_nan=False)
     om.propose_controller(vehicle)
     fly_a_little(om.load_scenario("tour").for_vehicle(vehicle))
 

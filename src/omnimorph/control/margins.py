@@ -20,7 +20,7 @@ __all__ = ["AXES", "StabilityMargins", "check_times", "rotor_lag", "stability_ma
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The six axes: positions along those of W, attitudes about those of B."""
 
-_PERIODS, _DELAYS = Range(1e-6, 10.0), Range(0.0, 1e3)  # s
+_PERIODS, _DELAYS = Range(1e-9, 10.0), Range(0.0, 1e3)  # s
 _FREQUENCIES = 20_001
 _Response = NDArray[np.complex128]
 

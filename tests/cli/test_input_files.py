@@ -148,6 +148,13 @@ def test_an_older_result_nested_without_end(
     assert "not one of ours" in capsys.readouterr().err
 
 
+def test_a_table_has_a_most_of_rows(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    header, *rows = Path("good.csv").read_text().splitlines()
+    Path("long.csv").write_text("\n".join([header, *(rows * 20_000)]))
+    assert main(["fit", "long.csv"]) == 2
+    assert "long.csv: it holds more than 500000 rows." in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "size", "most"), [("big.toml", MEGABYTE, "1 MB"), ("big.csv", 32 * MEGABYTE, "32 MB")]
 )
@@ -171,6 +178,7 @@ def test_text_has_a_largest_size(
         f"[{'.'.join(['controller'] * 3000)}]\nproposed = true",
         "[[part]]\n" + ".".join("a" * 3000) + " = 1",
         "mass_kg = " + "[" * 25 + "]" * 25,
+        ".".join("a" * 400_000) + " = 1",  # would take the parser hours
     ],
 )
 def test_keys_nested_too_deeply(

@@ -218,6 +218,16 @@ def test_times_too_near_to_one_another(tmp_path: Path) -> None:
         samples.SampledReference.from_csv(poses)
 
 
+def test_a_command_without_rest_is_told(tmp_path: Path) -> None:
+    """Thousands of steps would take minutes to fit."""
+    speeds = [40 + k % 20 for k in range(3000)]
+    rows = [f"{k},{w},{20 + 20 * (k % 2)},{w * w},{w * w}" for k, w in enumerate(speeds)]
+    bench = tmp_path / "bench.csv"
+    bench.write_text("\n".join(["time_s,speed_Hz,command_Hz,force_N,torque_Nm", *rows]))
+    with pytest.raises(om.InputError, match=r"number of steps of the command is 2999, but it must"):
+        KINDS["bench"].use(bench)
+
+
 def test_a_bench_that_rests_is_told(tmp_path: Path) -> None:
     """All speeds zero, beside a command or another speed that is not."""
     for names in ("speed_Hz,command_Hz", "speed_Hz,speed_rpm", "speed_rpm,speed_Hz"):

@@ -17,8 +17,9 @@ from omnimorph.design.ranges import Range
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["CsvTable", "read_csv_table"]
+__all__ = ["MOST_ROWS", "CsvTable", "read_csv_table"]
 
+MOST_ROWS = 500_000
 _LARGEST = 32 * MEGABYTE
 
 
@@ -51,7 +52,7 @@ def read_csv_table(
     Parameters
     ----------
     path : str or Path
-        A text file in UTF-8, of at most 32 MB.
+        A text file in UTF-8, of at most 32 MB and 500 000 rows.
     check_columns : callable
         Called with the names of the first line, to refuse those that cannot be used.
     limits : mapping of str to Range
@@ -77,6 +78,8 @@ def read_csv_table(
             if any(text.strip() for text in texts):
                 numbers.extend(_numbers(path, reader.line_num, columns, texts, limits, error))
                 lines.append(reader.line_num)
+                if len(lines) > MOST_ROWS:
+                    raise error(f"{path}: it holds more than {MOST_ROWS} rows.", file=str(path))
     except csv.Error as problem:
         raise error(f"{path}: it is not a CSV text file: {problem}.") from problem
     return CsvTable(columns, np.array(numbers).reshape(len(lines), len(columns)), lines)
@@ -105,7 +108,7 @@ def _numbers(
             number = float(text)
         except ValueError:
             number = math.nan
-        if number not in limits[name]:
+        if not limits[name].least <= number <= limits[name].most:
             key = f"line {line}, column {name}"
             raise error.at(path, key, text.strip(), f"a finite number {limits[name]}")
         numbers.append(number)

@@ -13,6 +13,7 @@ after "it must be". pydantic itself is imported only when a document is checked.
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,6 +25,9 @@ from omnimorph.design.input_files import read_text
 from omnimorph.errors import MISSING, InputError, legible, nearest_name, shown
 
 _MOST_DEPTH = 20  # of tables and lists in one another; ours go down to 8
+_LONG_KEY = re.compile(
+    r"""(?<![\w"'-])(?>(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){50}""",  # a.b.c. and so on
+)
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -92,8 +96,9 @@ def find_document(
 def parse_toml(text: str, file: str | Path, error: type[InputError]) -> dict[str, Any]:
     """Parse TOML; raise `error` with the line and column if it is none, or nested too deeply."""
     try:
-        document = tomllib.loads(text)
-        if _depth(document) <= _MOST_DEPTH:
+        # A key of many parts would take the parser the square of their number.
+        document = tomllib.loads(text) if not _LONG_KEY.search(text) else None
+        if document is not None and _depth(document) <= _MOST_DEPTH:
             return document
         reason = "Nested too deeply"
     except RecursionError:

@@ -147,7 +147,7 @@ def fit_rotor(
     low = float(speeds.min())
     steps: tuple[StepFit, ...] = ()
     if bench.command is not None:
-        steps = fit_steps(bench.time, bench.speed, bench.command)
+        steps = fit_steps(bench.time, bench.speed, bench.command, bench.source)
     return RotorFit(
         bench=bench,
         thrust=thrust,

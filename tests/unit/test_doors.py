@@ -122,6 +122,12 @@ def test_a_scenario_of_other_parts(field: str) -> None:
         replace(om.load_scenario("hover"), **{field: "x"})  # type: ignore[arg-type]
 
 
+def test_tilts_that_no_servo_has() -> None:
+    for tilt in (1e300, -1e300, np.nan, np.inf, "x", 10**400, [[1.0]]):
+        with pytest.raises(om.InputError, match=r"tilt is .* at most 1745.33"):
+            om.allocation_matrix("omnimorph", tilt)
+
+
 def test_times_that_no_loop_has() -> None:
     for period in (1e-300, 1e154, np.nan, "x"):
         with pytest.raises(om.InputError, match=r"control_period is .* from 1e-9 to 10"):

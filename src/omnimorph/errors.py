@@ -26,11 +26,13 @@ __all__ = [
     "ScenarioError",
     "TooLargeError",
     "VehicleError",
+    "legible",
     "nearest_name",
     "shown",
 ]
 
-_LONGEST_SHOWN = 80
+_LONGEST_MESSAGE, _LONGEST_PART, _LONGEST_SHOWN = 1500, 200, 80  # characters
+_MOST_SHOWN = 100  # entries of a list of which the first characters are shown
 
 
 class _Missing:
@@ -45,7 +47,17 @@ MISSING: Final = _Missing()
 
 
 class OmnimorphError(Exception):
-    """Base of every error raised on purpose by this package."""
+    """Base of every error raised on purpose by this package.
+
+    Parameters
+    ----------
+    message : str
+        The sentence. It is kept on one line and at a few lines' length, and what would steer a
+        terminal is spelt out, whatever it quotes.
+    """
+
+    def __init__(self, message: str) -> None:
+        super().__init__(legible(message, _LONGEST_MESSAGE))
 
 
 class InputError(OmnimorphError):
@@ -110,7 +122,8 @@ class InputError(OmnimorphError):
         >>> print(VehicleError.at("my.toml", "mass_kg", -1.0, "a positive number of kilograms"))
         my.toml: mass_kg is -1.0, but it must be a positive number of kilograms.
         """
-        sentence = f"{file}: {key} is {shown(value)}, but it must be {allowed}."
+        place, name = legible(str(file)), legible(key)
+        sentence = f"{place}: {name} is {shown(value)}, but it must be {allowed}."
         return cls(sentence, file=str(file), key=key, value=value, allowed=allowed)
 
     @classmethod
@@ -137,8 +150,7 @@ class InputError(OmnimorphError):
         listed = ", ".join(names) or "nothing"
         near = nearest_name(name, names)
         hint = f"did you mean {near} (allowed here: {listed})?" if near else f"allowed: {listed}."
-        key = key if key.isprintable() else repr(key)
-        sentence = f"{file}: {key} is not a known key; {hint}"
+        sentence = f"{legible(str(file))}: {legible(key)} is not a known key; {hint}"
         return cls(sentence, file=str(file), key=key, allowed=f"one of {listed}")
 
 
@@ -166,10 +178,32 @@ def nearest_name(name: str, known: Iterable[str]) -> str | None:
     >>> nearest_name("mas_kg", ["mass_kg", "name"])
     'mass_kg'
     """
+    if len(name) > _LONGEST_PART:
+        return None
     names = list(known)
     by_lower_case = {known_name.lower(): known_name for known_name in reversed(names)}
     near = difflib.get_close_matches(name.lower(), list(by_lower_case), n=1, cutoff=0.6)
     return by_lower_case[near[0]] if near else None
+
+
+def legible(text: str, longest: int = _LONGEST_PART) -> str:
+    r"""Return a text as a message may quote it: on one line, without its middle if it is too long.
+
+    Characters that a terminal would not show, but obey, are spelt out.
+
+    Examples
+    --------
+    >>> legible("red \x1b[31m\nand so on"), legible("a" * 1000, 7)
+    ('red \\x1b[31m and so on', 'aaa…aaa')
+    """
+    if len(text) > longest:
+        half = (longest - 1) // 2
+        text = f"{text[:half]}…{text[-half:]}"
+    line = " ".join(text.split())
+    if line.isprintable():
+        return line
+    spelt = (c if c.isprintable() else c.encode("unicode_escape").decode() for c in line)
+    return "".join(spelt)
 
 
 def shown(value: Any) -> str:
@@ -180,18 +214,22 @@ def shown(value: Any) -> str:
     >>> shown(True), shown("cw"), shown([1.0, 2.0])
     ('true', '"cw"', '[1.0, 2.0]')
     """
+    several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) > 0
+    if several and len(value) > _MOST_SHOWN:
+        value = value[:_MOST_SHOWN]
     if hasattr(value, "tolist"):  # an array or number of NumPy
         value = value.tolist()
     if isinstance(value, bool):
         text = str(value).lower()
     elif isinstance(value, str):
-        text = f'"{value}"' if value.isprintable() else repr(value)
+        start = value[: _LONGEST_SHOWN + 1]
+        text = f'"{start}"' if start.isprintable() else repr(start)
     elif isinstance(value, int) and value.bit_length() > _LONGEST_SHOWN:
         text = "a number too long to show"
     else:
         try:
             text = repr(value) if isinstance(value, list | tuple | dict) else str(value)
-        except ValueError:  # a list with an integer of several thousand digits
+        except (ValueError, RecursionError):  # integers of thousands of digits, or lists as deep
             text = "too long to show"
-    text = " ".join(text.split())
+    text = legible(text, 10 * _LONGEST_SHOWN)
     return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"

@@ -78,6 +78,9 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
         ("fly hover --out /dev/null/x", "/dev/null/x: cannot be written to, because /dev/null is"),
         ("reproduce --out binary.toml", "binary.toml: it is not a folder; give a new "),
         ("reproduce --seeds 0", 'the command line: --seeds is "0", but it must be a positive '),
+        ("reproduce --seeds 99999999999", 'the command line: --seeds is "99999999999", but it '),
+        ("analyze omnimorph --beyond-limits --tilt 1e300", 'the command line: --tilt is "1e300"'),
+        ("gains omnimorph --period-ms 1e154", "the loop: control_period is 1e+151, but it "),
         ("fly hover --out=", 'the command line: --out is "", but it must be the name of a '),
         ("fly hover --out taken", "taken/run.nc: it cannot be written, because it is a folder."),
     ],
@@ -98,9 +101,9 @@ def test_words_that_cannot_be_used(program: Program, tmp_path: Path, words: str,
         ("lost_beyond_m", "lost_beyond", "mine.toml: lost_beyond is not a known key; did you mean "
          "lost_beyond_m "),
         ("lost_beyond_m = 1.0", "lost_beyond_m = '1'", 'mine.toml: lost_beyond_m is "1", but it '
-         "must be a positive number of metres."),
+         "must be a positive number of metres, from 1e-6 to 1e9."),
         ("lost_beyond_m = 1.0", "lost_beyond_m = nan", "mine.toml: lost_beyond_m is nan, but it "
-         "must be a positive number of metres."),
+         "must be a positive number of metres, from 1e-6 to 1e9."),
         ("name = \"mine\"", "", "mine.toml: name is missing, but it must be "),
         ("control_period_ms = 4.0", "control_period_ms = 2.5", "mine.toml: plant: "
          "control_period_ms is 2.5, but it must be a multiple of the physics step, 1 ms."),

@@ -62,12 +62,12 @@ def test_columns_in_any_order_and_unit_are_read_in_SI(tmp_path: Path) -> None:
     ("lines", "told"),
     [
         ([HEADER, ROWS[0], "0.1,20.0,x,0.004"],
-         'line 3, column force_N is "x", but it must be a finite number.'),
+         'line 3, column force_N is "x", but it must be a finite number from -1e9 to 1e9.'),
         ([HEADER, ROWS[0], "0.1,nan,1,0.004"],
-         'line 3, column speed_Hz is "nan", but it must be a finite number.'),
+         'line 3, column speed_Hz is "nan", but it must be a finite number from -159155 to '),
         ([HEADER, ROWS[0], "0.1,20.0,1"], "line 3, number of values is 3, but it must be 4, as in"),
         ([HEADER, ROWS[1], ROWS[0]],
-         "line 3, time is \"0 s\", but it must be later than the time before it, 0.1 s."),
+         "line 3, time is \"0 s\", but it must be later than the time before it, 0.1 s, "),
         (["time_s,speed_Hz,force_N", "0,1,2"],
          "line 1, column torque_Nm is missing, but it must be there: the first line names the "),
         (["time_s,force_N,torque_Nm", "0,1,2"], "line 1, column speed_Hz is missing, but it must"),
@@ -89,10 +89,12 @@ def test_bad_file(tmp_path: Path, lines: list[str], told: str) -> None:
 
 
 def test_file_that_is_none(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"nowhere.csv: it cannot be read: No such file"):
+    with pytest.raises(
+        InputError, match=r"nowhere.csv: this file cannot be read, because there is no such file"
+    ):
         read_bench(tmp_path / "nowhere.csv")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00time")
-    with pytest.raises(InputError, match=r"binary.csv: it is not a CSV text file"):
+    with pytest.raises(InputError, match=r"binary.csv: .* it is not a text file"):
         read_bench(tmp_path / "binary.csv")
 
 

@@ -172,7 +172,7 @@ def test_what_is_there_is_not_flown_again(tmp_path: Path) -> None:
 
 def test_a_refused_flight_is_an_answer(tmp_path: Path) -> None:
     endless = replace(
-        SHORT, reference=SegmentReference((0, 0, 1), SHORT.reference(0.0).R_WB, [Segment(1e9)])
+        SHORT, reference=SegmentReference((0, 0, 1), SHORT.reference(0.0).R_WB, [Segment(1e6)] * 3)
     )
     with FlightLog(tmp_path / "log") as log:
         refused, fine = fly_jobs([Job(endless, 0), JOBS[0]], log)

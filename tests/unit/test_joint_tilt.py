@@ -227,7 +227,9 @@ def test_another_weight_on_motion_is_refused(W4: Any) -> None:
     with pytest.raises(ScenarioError) as caught:
         joint("b", W4=W4)
     assert str(caught.value).startswith("joint-tilt: W4 is ")
-    assert str(caught.value).endswith(", but it must be a number, not negative.")
+    assert str(caught.value).endswith(
+        ", but it must be a number, not negative, 0 or from 1e-30 to 1e30."
+    )
 
 
 def test_a_vehicle_without_servos_is_refused() -> None:

@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, choice, file_model, quantity
 from omnimorph.errors import ScenarioError
+
+ANY = Range(-1e6, 1e6)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,14 +22,14 @@ class Spring(Record):
     """A record with every kind of field."""
 
     kind: ClassVar[str] = "spring"
-    length: float = quantity("mm", "a positive length", above=0.0)
-    angle: float | None = quantity(
-        "deg", "at least a right angle", at_least=math.pi / 2, default=None
+    length: float = quantity("mm", Range(1e-3, 1e6), "a positive length")
+    angle: float | None = quantity("deg", Range(90.0, 1e3), "at least a right angle", default=None)
+    push: tuple[float, ...] = quantity("N", ANY, "three numbers", length=3, default=(0.0, 0.0, 1.0))
+    rate: float | tuple[float, ...] = quantity("Hz", ANY, "one or more numbers", default=1.0)
+    table: tuple[tuple[float, ...], ...] | None = quantity(
+        "m", ANY, "rows of numbers", default=None
     )
-    push: tuple[float, ...] = quantity("N", "three numbers", length=3, default=(0.0, 0.0, 1.0))
-    rate: float | tuple[float, ...] = quantity("Hz", "one or more numbers", default=1.0)
-    table: tuple[tuple[float, ...], ...] | None = quantity("m", "rows of numbers", default=None)
-    share: float = quantity("", "a number", default=0.5)
+    share: float = quantity("", ANY, "a number", default=0.5)
     side: Literal["left", "right"] = "left"
     heavy: bool = False
 

@@ -29,8 +29,8 @@ def assert_refused(path: Path, reason: str) -> None:
 
 
 def test_missing_file_and_folder(tmp_path: Path) -> None:
-    assert_refused(tmp_path / "none.nc", "it cannot be read: No such file or directory")
-    assert_refused(tmp_path, "it cannot be read: Is a directory")
+    assert_refused(tmp_path / "none.nc", "the run cannot be read: there is no such file")
+    assert_refused(tmp_path, "the run cannot be read: it is a directory")
 
 
 @pytest.mark.parametrize(

@@ -112,8 +112,8 @@ WRONG_QUATERNIONS = [
     ("[1, 0, 0, nan]", "but it must be four numbers w, x, y, z of unit length"),
 ]
 WRONG_WAYPOINTS = [
-    ("time_s = 2.0", "time_s = 0.0", "times", "strictly increasing"),
-    ("time_s = 0.0", "time_s = -1.0", "times", "from 0 on"),
+    ("time_s = 2.0", "time_s = 0.0", "times", "at least 1e-06 s after the one before"),
+    ("time_s = 0.0", "time_s = -1.0", "reference.waypoint[0].time_s", "from 0 to 1e6"),
     ("time_s = 2.0", "", "reference.waypoint[1].time_s", "is missing, but it must be a number"),
     ("time_s = 2.0", "time_s = inf", "reference.waypoint[1].time_s", "is inf, but it must be"),
     ("[0.0, 0.1, 1.2]", "[0.1]", "reference.waypoint[1].position_m", "three numbers of metres"),

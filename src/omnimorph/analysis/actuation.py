@@ -25,6 +25,7 @@ from omnimorph.analysis.scaling import (
 )
 from omnimorph.analysis.tilt_search import lowest_points
 from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import as_thrust, tilt_derivative
 from omnimorph.model.dynamics import GRAVITY
@@ -113,7 +114,7 @@ class SingularTilt(NamedTuple):
 
 
 def actuation(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     thrust: ArrayLike | None = None,
     *,
@@ -147,6 +148,7 @@ def actuation(
     rotor i leans to: all thrusts equal, or 1 above and 2 below, give rank F = 4, one rotor alone 5.
     At 90° it has rank 5, and 6 with the tilt unless Σ f_i = 0.
     """
+    vehicle = as_vehicle(vehicle)
     angles = checked_tilt(vehicle, tilt, beyond_limits)
     box = thrust_box(vehicle)
     U, S, Vt = np.linalg.svd(whitened(vehicle, angles))
@@ -175,7 +177,9 @@ def actuation(
     )
 
 
-def singular_tilts(vehicle: Vehicle, *, beyond_limits: bool = False) -> tuple[SingularTilt, ...]:
+def singular_tilts(
+    vehicle: VehicleLike, *, beyond_limits: bool = False
+) -> tuple[SingularTilt, ...]:
     """Return the tilts, common to all servos, at which the rank of A(α) falls.
 
     Found as the roots of the smallest singular value, to about 1e-10 rad, or 1e-8 rad where it only
@@ -198,6 +202,7 @@ def singular_tilts(vehicle: Vehicle, *, beyond_limits: bool = False) -> tuple[Si
     --------
     OmniMorph: 0° and 180° with rank 4, ±90° with rank 5.
     """
+    vehicle = as_vehicle(vehicle)
     if vehicle.n_servos == 0:
         return ()
     low, high = searched_range(vehicle, beyond_limits)

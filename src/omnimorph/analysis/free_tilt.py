@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError
 from omnimorph.model.allocation import allocation_matrix
@@ -23,7 +24,7 @@ _APART = math.radians(5.0)
 
 
 def reach_over_tilts(
-    vehicle: Vehicle, directions: FloatArray, beside: FloatArray | None = None
+    vehicle: VehicleLike, directions: FloatArray, beside: FloatArray | None = None
 ) -> FloatArray:
     """Return the largest force along each direction at zero moment, the tilts free: (D,) array, N.
 
@@ -51,6 +52,7 @@ def reach_over_tilts(
     A tilting quadrotor whose rotors turn by the whole turn about their arms pushes along x with the
     two rotors whose arms lie along y, about 2 f_max, and upwards with all four.
     """
+    vehicle = as_vehicle(vehicle)
     wrenches, groups = _corners(vehicle)
     made = np.zeros(6) if beside is None else np.concatenate([beside, np.zeros(3)])
     if _most(vehicle, wrenches, groups, made, np.zeros(6)) is None:

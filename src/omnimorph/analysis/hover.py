@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.analysis.effort import Effort, drag_power, least_effort
 from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.machine.memory import refuse_more_than_memory
@@ -99,7 +100,7 @@ class HoverMap:
 
 
 def hover(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     R_WB: ArrayLike | None = None,
     *,
@@ -137,6 +138,7 @@ def hover(
     --------
     OmniMorph level at α = 60°: eight times 3.225 N, 131.54 Hz, 315.09 W.
     """
+    vehicle = as_vehicle(vehicle)
     angles = checked_tilt(vehicle, tilt, beyond_limits)
     up = np.array([0.0, 0.0, 1.0]) if R_WB is None else _as_attitude(vehicle, R_WB)[2].copy()
     found = least_effort(vehicle, angles, _weight(vehicle, up[None]), least)
@@ -153,7 +155,7 @@ def hover(
 
 
 def hover_map(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     up: ArrayLike,
     tilts: ArrayLike,
     *,
@@ -182,6 +184,7 @@ def hover_map(
     TooLargeError
         If the map has more points than memory holds.
     """
+    vehicle = as_vehicle(vehicle)
     directions = _as_directions(vehicle, up)
     angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
     points = len(directions) * len(angles)

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from omnimorph.analysis.effort import drag_power
 from omnimorph.analysis.wakes import hover_in_wakes
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, VehicleError
 from omnimorph.model.allocation import allocation_matrix
@@ -68,7 +69,7 @@ def mass_break_even(tilt_fixed: ArrayLike) -> FloatArray | float:
 
 
 def mass_break_even_of(
-    vehicle: Vehicle, tilt_fixed: ArrayLike, *, wakes: WakeModel | None = None
+    vehicle: VehicleLike, tilt_fixed: ArrayLike, *, wakes: WakeModel | None = None
 ) -> FloatArray:
     """Return the relative mass of a tilt mechanism that just pays for a certain vehicle.
 
@@ -98,6 +99,7 @@ def mass_break_even_of(
     --------
     OmniMorph at 30°: 0.1547 in still air, 0.0651 in the rotors' wakes.
     """
+    vehicle = as_vehicle(vehicle)
     untilted = _level_power(vehicle, 0.0, wakes)
     if not math.isfinite(untilted):
         raise VehicleError(f"vehicle {vehicle.name}: it cannot hover level untilted.")
@@ -107,7 +109,7 @@ def mass_break_even_of(
     return shares
 
 
-def solved_mass_break_even(vehicle: Vehicle, tilt_fixed: float) -> float:
+def solved_mass_break_even(vehicle: VehicleLike, tilt_fixed: float) -> float:
     """Return the same in still air, from the implicit equation, solved as the paper does.
 
     ``P(0, m0 (1 + Δ̄_m)) = P(α_f, m0)`` with m0 the mass without the mechanism; Brent's method.
@@ -117,6 +119,7 @@ def solved_mass_break_even(vehicle: Vehicle, tilt_fixed: float) -> float:
     VehicleError
         If the vehicle cannot hover level, untilted or at `tilt_fixed`, whatever its thrusts.
     """
+    vehicle = as_vehicle(vehicle)
     from scipy.optimize import brentq
 
     bare = vehicle.replace(mass=vehicle.mass - vehicle.tilt_mechanism_mass, tilt_mechanism_mass=0.0)
@@ -130,17 +133,18 @@ def solved_mass_break_even(vehicle: Vehicle, tilt_fixed: float) -> float:
     return float(brentq(surplus, -0.99, 1e3, xtol=1e-14))
 
 
-def mechanism_share(vehicle: Vehicle) -> float | None:
+def mechanism_share(vehicle: VehicleLike) -> float | None:
     """Return Δ_m, the mass of the tilt mechanism over that of the rest; None if it is not known.
 
     OmniMorph: 0.187 / 1.128 = 16.58 %.
     """
+    vehicle = as_vehicle(vehicle)
     mechanism = vehicle.tilt_mechanism_mass
     return mechanism / (vehicle.mass - mechanism) if mechanism > 0.0 else None
 
 
 def break_even_tilt(
-    vehicle: Vehicle, share: float, *, wakes: WakeModel | None = None
+    vehicle: VehicleLike, share: float, *, wakes: WakeModel | None = None
 ) -> float | None:
     """Return the tilt beyond which a mechanism of relative mass `share` pays, rad.
 
@@ -151,6 +155,7 @@ def break_even_tilt(
     --------
     OmniMorph with its own 16.58 %: 30.93° in still air, 40.44° in the rotors' wakes.
     """
+    vehicle = as_vehicle(vehicle)
     from scipy.optimize import brentq
 
     aim = _level_power(vehicle, 0.0, wakes) * (1.0 + share) ** 1.5

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from omnimorph.analysis.scaling import searched_range
 from omnimorph.analysis.tilt_search import highest_point, intervals_above_zero
 from omnimorph.analysis.wrench_set import force_set
-from omnimorph.design.vehicle import Vehicle
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
@@ -28,7 +28,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 
 def inscribed_radius(
-    vehicle: Vehicle, tilt: ArrayLike, *, zero_moment: bool, beyond_limits: bool = False
+    vehicle: VehicleLike, tilt: ArrayLike, *, zero_moment: bool, beyond_limits: bool = False
 ) -> float:
     """Return the largest force, N, that a vehicle can make in every direction.
 
@@ -44,13 +44,14 @@ def inscribed_radius(
     --------
     OmniMorph at 45°: √8 f_max = 15.16 N with free moments, 14.72 N at zero moment.
     """
+    vehicle = as_vehicle(vehicle)
     return force_set(
         vehicle, tilt, zero_moment=zero_moment, beyond_limits=beyond_limits
     ).inscribed_radius
 
 
 def omnidirectional_range(
-    vehicle: Vehicle, *, zero_moment: bool = True, beyond_limits: bool = False
+    vehicle: VehicleLike, *, zero_moment: bool = True, beyond_limits: bool = False
 ) -> FloatArray:
     """Return the intervals of tilt in which a vehicle can hold its weight in every attitude.
 
@@ -83,6 +84,7 @@ def omnidirectional_range(
     moments. Tilted the other way it has the same forces, but not the same moments: −69.22° to
     −42.75° at zero moment.
     """
+    vehicle = as_vehicle(vehicle)
     weight = vehicle.mass * GRAVITY
     return intervals_above_zero(
         lambda tilt: (
@@ -92,13 +94,14 @@ def omnidirectional_range(
     )
 
 
-def level_hover_range(vehicle: Vehicle, *, beyond_limits: bool = False) -> FloatArray:
+def level_hover_range(vehicle: VehicleLike, *, beyond_limits: bool = False) -> FloatArray:
     """Return the intervals of tilt, (K, 2), rad, in which a vehicle can hover level.
 
     Where the largest upward force without a moment is at least the weight, and the least, of rotors
     that cannot turn slowly, at most. See `omnidirectional_range` for the arguments. OmniMorph: up
     to 72.49°, beyond its limit.
     """
+    vehicle = as_vehicle(vehicle)
     weight = vehicle.mass * GRAVITY
 
     def spare(tilt: float) -> float:
@@ -110,12 +113,13 @@ def level_hover_range(vehicle: Vehicle, *, beyond_limits: bool = False) -> Float
 
 
 def tilt_of_largest_radius(
-    vehicle: Vehicle, *, zero_moment: bool = True, beyond_limits: bool = False
+    vehicle: VehicleLike, *, zero_moment: bool = True, beyond_limits: bool = False
 ) -> float:
     """Return the tilt, rad, at which the inscribed radius is largest.
 
     See `omnidirectional_range` for the arguments. OmniMorph: 54.7356° = atan √2 with free moments.
     """
+    vehicle = as_vehicle(vehicle)
     low, high = searched_range(vehicle, beyond_limits)
     return highest_point(
         lambda tilt: inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True),

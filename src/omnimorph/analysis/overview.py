@@ -31,6 +31,7 @@ from omnimorph.analysis.scaling import checked_tilt, common_limits
 from omnimorph.analysis.sweep import TiltSweep, tilt_sweep
 from omnimorph.analysis.wakes import hover_in_wakes, vehicle_in_wakes
 from omnimorph.analysis.wrench_set import force_set, moment_set
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.dynamics import GRAVITY
@@ -196,7 +197,7 @@ class VehicleAnalysis:
 
 
 def analyze(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike | None = None,
     *,
     beyond_limits: bool = False,
@@ -220,6 +221,7 @@ def analyze(
     VehicleError
         If the tilt cannot be used.
     """
+    vehicle = as_vehicle(vehicle)
     steps = _Steps(progress)
     limits = common_limits(vehicle)
     asked = None if tilt is None else checked_tilt(vehicle, tilt, beyond_limits)

@@ -13,6 +13,7 @@ from omnimorph.analysis.hover import hover, sphere_directions
 from omnimorph.analysis.omnidirectional import inscribed_radius, tilt_of_largest_radius
 from omnimorph.analysis.scaling import common_limits
 from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
@@ -61,7 +62,7 @@ class Platform:
         return self.hover_power / self.mass
 
 
-def platform(vehicle: Vehicle) -> Platform:
+def platform(vehicle: VehicleLike) -> Platform:
     """Return a vehicle in a few numbers.
 
     Raises
@@ -76,6 +77,7 @@ def platform(vehicle: Vehicle) -> Platform:
     >>> round(found.radius_over_weight, 3), found.thrust_kind.value, round(found.hover_power, 1)
     (1.31, 'omnidirectional', 111.4)
     """
+    vehicle = as_vehicle(vehicle)
     tilts = np.unique(np.linspace(*common_limits(vehicle), _TILTS)) if vehicle.n_servos else [0.0]
     hovers = [hover(vehicle, tilt) for tilt in tilts]
     cheapest = min(hovers, key=lambda one: one.power)
@@ -102,11 +104,11 @@ def platform(vehicle: Vehicle) -> Platform:
     )
 
 
-def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
+def lateral_reach(vehicle: VehicleLike, tilt: float | FloatArray) -> float:
     """Return the largest r for which every sideways force of size r can be added to the weight.
 
     ``(r cos φ, r sin φ, m g)`` is in the set of forces at zero moment for every φ; exact, from the
-    facets n·x ≤ h of the set: r = min (h − n_z m g) / |n_xy|.
+    halfspaces n·x ≤ h of the set: r = min (h − n_z m g) / |n_xy|.
 
     Parameters
     ----------
@@ -129,13 +131,16 @@ def lateral_reach(vehicle: Vehicle, tilt: float | FloatArray) -> float:
     >>> lateral_reach(vehicle, 0.0), round(lateral_reach(vehicle, math.radians(20.0)), 2)
     (0.0, 4.92)
     """
+    vehicle = as_vehicle(vehicle)
     forces, weight = force_set(vehicle, tilt, zero_moment=True), vehicle.mass * GRAVITY
     if forces.dimension < 3 or not forces.contains([0.0, 0.0, weight]):
         return 0.0
-    across = np.hypot(forces.normals[:, 0], forces.normals[:, 1])
-    room = forces.offsets - weight * forces.normals[:, 2]
+    # A superfluous halfspace leaves at least as much room, so the facets need not be found.
+    normals = forces.rows @ forces.basis.T
+    across = np.hypot(normals[:, 0], normals[:, 1])
+    room = forces.bounds - normals @ (np.array([0.0, 0.0, weight]) - forces.origin)
     sideways = across > 1e-9
-    return float((room[sideways] / across[sideways]).min())
+    return max(float((room[sideways] / across[sideways]).min()), 0.0)
 
 
 def lateral_reach_over_tilts(vehicle: Vehicle) -> float:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from omnimorph.analysis.effort import drag_power, least_effort
 from omnimorph.analysis.scaling import checked_tilt, radius_of_gyration, thrust_box, whitened
 from omnimorph.analysis.wrench_set import force_set
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix, tilt_derivative
@@ -75,7 +76,7 @@ class _Slope(NamedTuple):
 
 
 def sensitivity(
-    vehicle: Vehicle, tilt: ArrayLike, quantity: Quantity, *, beyond_limits: bool = False
+    vehicle: VehicleLike, tilt: ArrayLike, quantity: Quantity, *, beyond_limits: bool = False
 ) -> Sensitivity:
     """Return how one quantity changes with tilt, hubs, axes and thrust limits.
 
@@ -105,6 +106,7 @@ def sensitivity(
     --------
     OmniMorph with free moments at 20°: r = 4 f_max sin α, so dr/dα = 4 f_max cos α = 20.14 N/rad.
     """
+    vehicle = as_vehicle(vehicle)
     if quantity not in QUANTITIES:
         allowed = f"one of {', '.join(QUANTITIES)}"
         raise VehicleError.at(f"vehicle {vehicle.name}", "quantity", quantity, allowed)

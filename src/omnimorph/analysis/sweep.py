@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph.analysis.hover import hover
 from omnimorph.analysis.scaling import checked_tilt, rank_of, whitened
 from omnimorph.analysis.wrench_set import force_set
-from omnimorph.design.vehicle import Vehicle
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.protocols import FloatArray
 
 __all__ = ["TiltSweep", "tilt_sweep"]
@@ -39,7 +39,7 @@ class TiltSweep:
     level_power: FloatArray
 
 
-def tilt_sweep(vehicle: Vehicle, tilts: ArrayLike, *, beyond_limits: bool = False) -> TiltSweep:
+def tilt_sweep(vehicle: VehicleLike, tilts: ArrayLike, *, beyond_limits: bool = False) -> TiltSweep:
     """Return ranks, condition, both radii, lift and hover power at each of K tilts.
 
     Parameters
@@ -56,6 +56,7 @@ def tilt_sweep(vehicle: Vehicle, tilts: ArrayLike, *, beyond_limits: bool = Fals
     VehicleError
         If a tilt cannot be used.
     """
+    vehicle = as_vehicle(vehicle)
     angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
     ranks = np.empty(len(angles), dtype=np.int64)
     columns = np.empty((5, len(angles)))

@@ -18,6 +18,7 @@ from omnimorph import _core
 from omnimorph.analysis.effort import drag_power
 from omnimorph.analysis.hover import HoverPoint, hover
 from omnimorph.analysis.scaling import checked_tilt, radius_of_gyration, rank_of
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import as_core
@@ -32,7 +33,7 @@ _STEP = 1e-6  # of the largest speed, for difference quotients
 
 
 def hover_in_wakes(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     R_WB: ArrayLike | None = None,
     *,
@@ -67,6 +68,7 @@ def hover_in_wakes(
     OmniMorph level at α = 0: each lower rotor loses a third, so all turn as fast as if the vehicle
     were 2/(2 − 0.333) times as heavy: 1.1998^1.5 of the power, 146.4 W instead of 111.4 W.
     """
+    vehicle = as_vehicle(vehicle)
     still = hover(vehicle, tilt, R_WB, beyond_limits=beyond_limits)
     disturbed = thrust_lost(vehicle, still.tilt, np.ones(vehicle.n_rotors), model).any()
     if not disturbed or not still.feasible:
@@ -91,7 +93,7 @@ def hover_in_wakes(
 
 
 def vehicle_in_wakes(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     *,
     model: WakeModel = "published",
@@ -116,6 +118,7 @@ def vehicle_in_wakes(
     OmniMorph at α = 0: the lower rotors keep 0.667 · 5.3587 N = 3.5743 N upwards, the upper ones as
     much downwards.
     """
+    vehicle = as_vehicle(vehicle)
     angles = checked_tilt(vehicle, tilt, beyond_limits)
     kept = [
         np.sqrt(1.0 - thrust_lost(vehicle, angles, limit, model))

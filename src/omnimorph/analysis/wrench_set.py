@@ -23,6 +23,7 @@ from omnimorph.analysis.scaling import (
     rank_of,
     thrust_box,
 )
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix
@@ -32,7 +33,7 @@ __all__ = ["force_set", "moment_set", "wrench_set"]
 
 
 def force_set(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     *,
     zero_moment: bool,
@@ -75,6 +76,7 @@ def force_set(
     OmniMorph with free moments: r/f_max = min(4 sin α, 8 sin α cos α/√(1 + cos²α)), 3.2660 at its
     best, α = 54.7356°; at zero moment 3.1543 there.
     """
+    vehicle = as_vehicle(vehicle)
     A = allocation_matrix(vehicle, checked_tilt(vehicle, tilt, beyond_limits))
     if not zero_moment:
         if moment is not None:
@@ -87,7 +89,7 @@ def force_set(
 
 
 def moment_set(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     tilt: ArrayLike,
     *,
     force: ArrayLike | None = None,
@@ -118,6 +120,7 @@ def moment_set(
     VehicleError
         If the tilt or the force cannot be used.
     """
+    vehicle = as_vehicle(vehicle)
     A = allocation_matrix(vehicle, checked_tilt(vehicle, tilt, beyond_limits))
     if force is None:
         return _zonotope(vehicle, A[3:])
@@ -127,7 +130,7 @@ def moment_set(
     return _section(vehicle, A[3:], A[:3] * length, held * length)
 
 
-def wrench_set(vehicle: Vehicle, tilt: ArrayLike, *, beyond_limits: bool = False) -> Zonotope:
+def wrench_set(vehicle: VehicleLike, tilt: ArrayLike, *, beyond_limits: bool = False) -> Zonotope:
     """Return the set of wrenches (force in N, then torque in N m, in B): a zonotope in R⁶.
 
     Its support function, membership and reach are exact; a distance in it (`margin`, `ball`) mixes
@@ -152,6 +155,7 @@ def wrench_set(vehicle: Vehicle, tilt: ArrayLike, *, beyond_limits: bool = False
     VehicleError
         If the tilt cannot be used.
     """
+    vehicle = as_vehicle(vehicle)
     A = allocation_matrix(vehicle, checked_tilt(vehicle, tilt, beyond_limits))
     unit = np.repeat([1.0, radius_of_gyration(vehicle)], 3)
     return _zonotope(vehicle, A, unit)

@@ -21,6 +21,8 @@ __all__ = [
 ]
 
 _LARGEST = 2**64 - 1
+_LARGEST_ANGLE = math.radians(1e5)
+_MOST = 10_000
 
 
 def angles_in_degrees(text: str) -> list[float] | float:
@@ -40,7 +42,7 @@ def angles_in_degrees(text: str) -> list[float] | float:
         angles = [math.radians(float(part)) for part in text.split(",")]
     except ValueError:
         angles = [math.nan]
-    if not all(math.isfinite(angle) for angle in angles):
+    if not all(abs(angle) <= _LARGEST_ANGLE for angle in angles):
         allowed = "a number of degrees, or one for each servo with commas between"
         raise InputError.at("the command line", "--tilt", text, allowed)
     return angles[0] if len(angles) == 1 else angles
@@ -97,14 +99,16 @@ def one_of_the_list(parser: ArgumentParser, what: str) -> None:
 
 
 def positive_number(option: str) -> Callable[[str], int]:
-    """Return a function that reads a positive integer, and names the option if it is none.
+    """Return a function that reads how many, up to 10 000, and names the option if it cannot.
 
     Examples
     --------
     >>> positive_number("--seeds")("5")
     5
     """
-    return lambda text: _whole_number(option, text, 1, "a positive integer")
+    return lambda text: _whole_number(
+        option, text, 1, f"a positive integer, at most {_MOST}", _MOST
+    )
 
 
 def seed_number(text: str) -> int:

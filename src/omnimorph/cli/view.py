@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from omnimorph.cli import console
 from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
 from omnimorph.cli.page import add_page_arguments, announce, closing, served
+from omnimorph.design.input_files import is_folder
 from omnimorph.errors import InputError
 
 if TYPE_CHECKING:
@@ -126,7 +128,7 @@ def _check_moment(at: float | None, duration: float) -> None:
 
 def _is_run(what: str) -> bool:
     path = Path(what)
-    return path.suffix == ".nc" or (path.is_dir() and (path / "run.nc").exists())
+    return path.suffix == ".nc" or (is_folder(path) and os.path.exists(path / "run.nc"))
 
 
 def _flights(names: list[str]) -> list[Flight]:
@@ -134,7 +136,7 @@ def _flights(names: list[str]) -> list[Flight]:
     from omnimorph import load_run
     from omnimorph.viewer.frames import Flight
 
-    paths = [Path(name) / "run.nc" if Path(name).is_dir() else Path(name) for name in names]
+    paths = [Path(name) / "run.nc" if is_folder(name) else Path(name) for name in names]
     runs = [load_run(path) for path in paths]
     called = [run.provenance.scenario_name or "flight" for run in runs]
     if len(set(called)) < len(called):

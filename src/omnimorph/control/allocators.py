@@ -7,6 +7,7 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, choice, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
@@ -24,6 +25,9 @@ __all__ = [
 Span = Literal["window", "range"]
 
 _WEIGHT = "a number, or one for each rotor, none negative"
+
+WEIGHTS = Range(1e-30, 1e30, or_zero=True)
+"""Of every weight."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,14 +56,14 @@ class AllocationRule(Record):
     is; the sum of both must be positive.
     """
 
-    W1: float | tuple[float, ...] = quantity("per_Hz4", _WEIGHT, at_least=0.0)
+    W1: float | tuple[float, ...] = quantity("per_Hz4", WEIGHTS, _WEIGHT)
     W2_position: tuple[float, ...] = quantity(
-        "s4_per_m2", "three numbers, none negative", at_least=0.0, length=3
+        "s4_per_m2", WEIGHTS, "three numbers, none negative", length=3
     )
     W2_attitude: tuple[float, ...] = quantity(
-        "s4_per_rad2", "three numbers, none negative", at_least=0.0, length=3
+        "s4_per_rad2", WEIGHTS, "three numbers, none negative", length=3
     )
-    W3: float | tuple[float, ...] = quantity("per_Hz4", _WEIGHT, at_least=0.0)
+    W3: float | tuple[float, ...] = quantity("per_Hz4", WEIGHTS, _WEIGHT)
 
     def per_thrust(self, vehicle: Vehicle, name: str) -> FloatArray:
         """Return W1 or W3 as (n,) weights of thrust, 1/N²: W / c_f²."""
@@ -182,7 +186,7 @@ class JointTilt(AllocationRule):
 
     kind: ClassVar[str] = "joint-tilt"
 
-    W4: float = quantity("", "a number, not negative", at_least=0.0, length=0, default=0.0)
+    W4: float = quantity("", WEIGHTS, "a number, not negative", length=0, default=0.0)
 
 
 RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, JointTilt, FixedTilt)

@@ -16,6 +16,8 @@ from omnimorph.control.allocators import (
     ThreeCandidates,
 )
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.records import check_record
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, as_tilt, state_row
@@ -45,6 +47,8 @@ def core_settings(
     With a `lateral_force`, N, position goes first: where more is asked sideways, the attitude gives
     way.
     """
+    check_record("the controller", "gains", gains, TrackingGains)
+    check_record("the controller", "allocator", rule, AllocationRule)
     core_rule, candidates = _tilts_tried(rule)
     _refuse_unfit_servos(vehicle, rule)
     for name in ("W1", "W3"):
@@ -137,7 +141,7 @@ class PoseController:
 
     def __init__(
         self,
-        vehicle: Vehicle,
+        vehicle: VehicleLike,
         gains: TrackingGains,
         rule: AllocationRule,
         control_period: float,
@@ -145,6 +149,7 @@ class PoseController:
         start_thrust: FloatArray | None = None,
         lateral_force: float | None = None,
     ) -> None:
+        vehicle = as_vehicle(vehicle)
         self.vehicle = vehicle
         tilt = as_tilt(vehicle, start_tilt)
         thrust = hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust

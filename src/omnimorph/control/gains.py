@@ -13,6 +13,7 @@ from omnimorph.control.allocators import AllocationRule, FixedTilt, JointTilt, T
 from omnimorph.control.capability import Capability, capability
 from omnimorph.control.margins import check_times, rotor_lag
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.model.dynamics import GRAVITY
@@ -51,7 +52,7 @@ class ProposedController:
 
 
 def propose_controller(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     control_period: float = 0.004,
     delay: float = 0.0,
     start_tilt: ArrayLike = 0.0,
@@ -123,6 +124,7 @@ def propose_controller(
     >>> round(gains.attitude[0]), round(gains.rate[0])
     (122, 22)
     """
+    vehicle = as_vehicle(vehicle)
     check_times(control_period, delay)
     able = capability(vehicle, start_tilt)
     lag = rotor_lag(vehicle) + delay + control_period / 2.0

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.control.capability import capability
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.ranges import Range
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
@@ -18,6 +20,7 @@ __all__ = ["AXES", "StabilityMargins", "check_times", "rotor_lag", "stability_ma
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The six axes: positions along those of W, attitudes about those of B."""
 
+_PERIODS, _DELAYS = Range(1e-9, 10.0), Range(0.0, 1e3)  # s
 _FREQUENCIES = 20_001
 _Response = NDArray[np.complex128]
 
@@ -67,16 +70,17 @@ def check_times(control_period: float, delay: float) -> None:
     ScenarioError
         If one of them is so, or not finite.
     """
-    if not (np.isfinite(control_period) and control_period > 0.0):
-        allowed = "a positive number of seconds"
+    if control_period not in _PERIODS:
+        allowed = f"a positive number of seconds, {_PERIODS}"
         raise ScenarioError.at("the loop", "control_period", control_period, allowed)
-    if not (np.isfinite(delay) and delay >= 0.0):
-        raise ScenarioError.at("the loop", "delay", delay, "a number of seconds, not negative")
+    if delay not in _DELAYS:
+        allowed = f"a number of seconds, not negative, {_DELAYS}"
+        raise ScenarioError.at("the loop", "delay", delay, allowed)
 
 
 def stability_margins(
     gains: TrackingGains,
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     control_period: float = 0.004,
     delay: float = 0.0,
     start_tilt: ArrayLike = 0.0,
@@ -127,6 +131,7 @@ def stability_margins(
     >>> [round(float(one), 1) for one in (found.crossover[3], 1e3 * found.delay_margin[3])]
     [33.4, 25.2]
     """
+    vehicle = as_vehicle(vehicle)
     check_times(control_period, delay)
     tau, late = rotor_lag(vehicle), delay + control_period / 2.0
     stiffness = np.concatenate([gains.axes("position"), gains.axes("attitude")])

@@ -9,7 +9,7 @@ from omnimorph import _core
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.vehicle import Vehicle
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core
 from omnimorph.protocols import FloatArray
@@ -20,7 +20,7 @@ _ANY_PERIOD = 1.0  # s; the cost knows neither how far the tilt may move nor the
 
 
 def cost_over_tilt(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     rule: AllocationRule,
     state: ArrayLike,
     acceleration: ArrayLike,
@@ -75,6 +75,7 @@ def cost_over_tilt(
     >>> (cost / cost[0, 0]).round(3)
     array([[1.   , 1.333, 4.   ]])
     """
+    vehicle = as_vehicle(vehicle)
     if vehicle.n_servos != 1:
         allowed = "1, so that a cost belongs to one tilt"
         raise ScenarioError.at(f"vehicle {vehicle.name}", "n_servos", vehicle.n_servos, allowed)

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.protocols import FloatArray
 
@@ -14,6 +15,7 @@ __all__ = ["TrackingGains"]
 
 Gain = float | tuple[float, ...]
 _ALLOWED = "one number, or three (x, y, z), none negative"
+_GAINS = Range(0.0, 1e12)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,10 +44,10 @@ class TrackingGains(Record):
 
     kind: ClassVar[str] = "pose-tracking"
 
-    position: Gain = quantity("per_s2", _ALLOWED, at_least=0.0, length=3, default=300.0)
-    velocity: Gain = quantity("per_s", _ALLOWED, at_least=0.0, length=3, default=30.0)
-    attitude: Gain = quantity("per_s2", _ALLOWED, at_least=0.0, length=3, default=100.0)
-    rate: Gain = quantity("per_s", _ALLOWED, at_least=0.0, length=3, default=40.0)
+    position: Gain = quantity("per_s2", _GAINS, _ALLOWED, length=3, default=300.0)
+    velocity: Gain = quantity("per_s", _GAINS, _ALLOWED, length=3, default=30.0)
+    attitude: Gain = quantity("per_s2", _GAINS, _ALLOWED, length=3, default=100.0)
+    rate: Gain = quantity("per_s", _GAINS, _ALLOWED, length=3, default=40.0)
 
     def axes(self, name: str) -> FloatArray:
         """Return the gain `name` as (3,) numbers, one for each axis."""

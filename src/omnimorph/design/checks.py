@@ -14,19 +14,24 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from omnimorph.design.ranges import limits_in_SI
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Checks", "Source", "read_only"]
+__all__ = ["LONGEST_LINE", "Checks", "Source", "read_only"]
 
-_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
-_WORDS_OF_A_NAME = "letters, digits, '.', '_' and '-', the first a letter or digit"
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_WORDS_OF_A_NAME = "at most 100 letters, digits, '.', '_' and '-', the first a letter or digit"
+LONGEST_LINE = 1000
 
 UNIT_LENGTH_TOLERANCE = 0.01
 """An axis this far from unit length is still taken for a unit vector, and normalised."""
 
 _ROUNDING_OF_A_UNIT_VECTOR = 1e-15
 """An axis this close is left as it is, so that normalising twice changes nothing."""
+
+_LEAST_MOMENT = 1e-15
+"""In kg m²: that of a grain of sand."""
 
 _ROUNDING_OF_AN_INERTIA = 1e-9
 """Relative slack for symmetry and for the triangle inequality, which a flat plate meets exactly."""
@@ -70,8 +75,9 @@ class Checks:
 
     def line(self, key: str, value: object) -> None:
         """Check that a value is one line of text."""
-        if not (isinstance(value, str) and value and value.isprintable()):
-            raise self.refuse(key, value, "one line of text")
+        fits = isinstance(value, str) and value.isprintable() and 1 <= len(value) <= LONGEST_LINE
+        if not fits:
+            raise self.refuse(key, value, f"one line of text, at most {LONGEST_LINE} characters")
 
     def names(self, key: str, values: object, most: int) -> tuple[str, ...]:
         """Check names that must differ, at most so many."""
@@ -96,27 +102,28 @@ class Checks:
         return rows
 
     def array(self, key: str, value: object, shape: tuple[int, ...]) -> FloatArray:
-        """Return a read-only copy in float64, of the right shape and finite."""
+        """Return a read-only copy in float64, of the right shape, finite and within its range."""
         try:
             array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise self.refuse(key, value, f"numbers in the shape {shape}") from None
         if array.shape != shape:
             raise self.refuse(key, f"of shape {array.shape}", f"of shape {shape}")
         self.each(key, array, np.isfinite(array), "finite")
+        limits = limits_in_SI(key)
+        if limits is not None:
+            inside = (array >= limits.least) & (array <= limits.most)
+            self.each(key, array, inside, f"{limits} in SI")
         return read_only(array)
 
-    def positive_number(self, key: str, value: object) -> float:
-        """Return one positive, finite number."""
-        number = float(self.array(key, value, ()))
-        if not number > 0.0:
-            raise self.refuse(key, number, "a positive number of kilograms")
-        return number
+    def number(self, key: str, value: object) -> float:
+        """Return one finite number within its range."""
+        return float(self.array(key, value, ()))
 
     def part_of_mass(self, key: str, value: object, mass: float) -> float:
         """Return one number that is zero or positive, and below the mass it is part of."""
-        number = float(self.array(key, value, ()))
-        if not 0.0 <= number < mass:
+        number = self.number(key, value)
+        if not number < mass:
             raise self.refuse(key, number, f"zero or positive, and below the mass of {mass} kg")
         return abs(number)  # -0.0 is no other number: files leave out zero
 
@@ -139,13 +146,13 @@ class Checks:
         matrix = self.array(key, value, (3, 3))
         size = np.max(np.abs(matrix))
         slack = _ROUNDING_OF_AN_INERTIA * size
-        with np.errstate(over="ignore"):
-            if np.any(np.abs(matrix - matrix.T) > slack):
-                raise self.refuse(key, matrix, "symmetric")
+        if np.any(np.abs(matrix - matrix.T) > slack):
+            raise self.refuse(key, matrix, "symmetric")
         symmetric = 0.5 * matrix + 0.5 * matrix.T
         low, middle, high = np.linalg.eigvalsh(symmetric)
-        if not low > np.finfo(np.float64).eps * size:
-            raise self.refuse(key, matrix, "positive definite")
+        if not low > max(np.finfo(np.float64).eps * size, _LEAST_MOMENT):
+            allowed = f"positive definite, with principal moments from {_LEAST_MOMENT:g} kg m² on"
+            raise self.refuse(key, matrix, allowed)
         if high > low + middle + slack:
             allowed = "such that no principal moment exceeds the sum of the other two"
             raise self.refuse(key, matrix, allowed)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
-import os
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from omnimorph.design.input_files import MEGABYTE, read_text
+from omnimorph.design.ranges import Range
 from omnimorph.errors import InputError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 
-__all__ = ["CsvTable", "read_csv_table"]
+__all__ = ["MOST_ROWS", "CsvTable", "read_csv_table"]
 
-
+MOST_ROWS = 500_000
+_LARGEST = 32 * MEGABYTE
 _BYTES_OF_A_CHARACTER = 12  # at "1," a number takes 8, and its row a line number and more
 
 
@@ -41,16 +44,21 @@ class CsvTable(NamedTuple):
 
 
 def read_csv_table(
-    path: str | Path, check_columns: Callable[[list[str]], None], error: type[InputError]
+    path: str | Path,
+    check_columns: Callable[[list[str]], None],
+    limits: Mapping[str, Range],
+    error: type[InputError],
 ) -> CsvTable:
     """Read a CSV file whose first line names its columns; empty lines are left out.
 
     Parameters
     ----------
     path : str or Path
-        A text file in UTF-8.
+        A text file in UTF-8, of at most 32 MB and 500 000 rows.
     check_columns : callable
         Called with the names of the first line, to refuse those that cannot be used.
+    limits : mapping of str to Range
+        Of the numbers in each column, in its unit.
     error : class
         Which `InputError` to raise.
 
@@ -58,25 +66,27 @@ def read_csv_table(
     ------
     InputError
         If the file cannot be read, a column is there twice, a line holds another number of values
-        than the first, or a value is no finite number: one sentence with the file, line and column.
+        than the first, or a value is no number within its range: one sentence with the file, line
+        and column.
     """
-    numbers = array("d")
+    numbers = array("d")  # a list of lists would take ten times the memory
     lines: list[int] = []
+    text = read_text(path, error, _LARGEST)
+    refuse_more_than_memory(
+        f"{path}: its numbers", len(text) * _BYTES_OF_A_CHARACTER, "give fewer rows"
+    )
+    reader = csv.reader(io.StringIO(text, newline=""))
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            needed = os.fstat(file.fileno()).st_size * _BYTES_OF_A_CHARACTER
-            refuse_more_than_memory(f"{path}: its numbers", needed, "give fewer rows")
-            reader = csv.reader(file)
-            columns = [text.strip() for text in next(reader, [])]
-            check_columns(columns)
-            _check_once(path, columns, error)
-            for texts in reader:
-                if any(text.strip() for text in texts):
-                    numbers.extend(_numbers(path, reader.line_num, columns, texts, error))
-                    lines.append(reader.line_num)
-    except OSError as problem:
-        raise error(f"{path}: it cannot be read: {problem.strerror or problem}.") from problem
-    except (UnicodeDecodeError, csv.Error) as problem:
+        columns = [text.strip() for text in next(reader, [])]
+        check_columns(columns)
+        _check_once(path, columns, error)
+        for texts in reader:
+            if any(text.strip() for text in texts):
+                numbers.extend(_numbers(path, reader.line_num, columns, texts, limits, error))
+                lines.append(reader.line_num)
+                if len(lines) > MOST_ROWS:
+                    raise error(f"{path}: it holds more than {MOST_ROWS} rows.", file=str(path))
+    except csv.Error as problem:
         raise error(f"{path}: it is not a CSV text file: {problem}.") from problem
     return CsvTable(columns, np.array(numbers).reshape(len(lines), len(columns)), lines)
 
@@ -92,6 +102,7 @@ def _numbers(
     line: int,
     columns: Sequence[str],
     texts: Sequence[str],
+    limits: Mapping[str, Range],
     error: type[InputError],
 ) -> list[float]:
     if len(texts) != len(columns):
@@ -103,8 +114,8 @@ def _numbers(
             number = float(text)
         except ValueError:
             number = math.nan
-        if not math.isfinite(number):
+        if not limits[name].least <= number <= limits[name].most:
             key = f"line {line}, column {name}"
-            raise error.at(path, key, text.strip(), "a finite number")
+            raise error.at(path, key, text.strip(), f"a finite number {limits[name]}")
         numbers.append(number)
     return numbers

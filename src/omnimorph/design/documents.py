@@ -13,6 +13,7 @@ after "it must be". pydantic itself is imported only when a document is checked.
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 import typing
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,7 +21,13 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from omnimorph.errors import MISSING, InputError, nearest_name
+from omnimorph.design.input_files import read_text
+from omnimorph.errors import MISSING, InputError, legible, nearest_name, shown
+
+_MOST_DEPTH = 20  # of tables and lists in one another; ours go down to 8
+_LONG_KEY = re.compile(
+    r"""(?<![\w"'-])(?>(?>[\w-]+|"[^"\n]*"|'[^'\n]*')[ \t]*\.[ \t]*){50}""",  # a.b.c. and so on
+)
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -29,7 +36,7 @@ if TYPE_CHECKING:
 
     Model = TypeVar("Model", bound=BaseModel)
 
-__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml", "read_text"]
+__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml"]
 
 
 def catalogue_names(catalogue: Traversable) -> list[str]:
@@ -67,53 +74,54 @@ def find_document(
     InputError
         If the name is not known, or the file cannot be read or is not text.
     """
+    if not isinstance(name_or_path, str | os.PathLike):
+        raise error(f"{shown(name_or_path)} is neither the name nor the file of a {kind}.")
     known = catalogue_names(catalogue)
-    name = os.fspath(name_or_path)
+    name = os.fsdecode(name_or_path)
     if isinstance(name_or_path, str) and name in known:
         return f"{name}.toml", catalogue.joinpath(f"{name}.toml").read_text(encoding="utf-8")
     looks_like_a_path = (
         name.endswith(".toml") or os.sep in name or not isinstance(name_or_path, str)
     )
-    if not looks_like_a_path and not _exists(name):
+    if not looks_like_a_path and not os.path.exists(name):
         near = nearest_name(name, known)
         hint = f"did you mean {near} (known: {', '.join(known)})?"
         hint = hint if near else f"known are {', '.join(known)}."
-        raise error(f"{name!r} is neither a {kind} of the catalogue nor a file; {hint}", value=name)
+        raise error(
+            f"'{legible(name)}' is neither a {kind} of the catalogue nor a file; {hint}", value=name
+        )
     return name, read_text(name, error)
 
 
-def _exists(path: str) -> bool:
-    try:
-        return Path(path).exists()
-    except (OSError, ValueError):  # too long, or with a null character
-        return False
-
-
-def read_text(path: str, error: type[InputError]) -> str:
-    """Read a text file in UTF-8; raise `error` with the reason if that is impossible."""
-    try:
-        return Path(path).read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        reason = "there is no such file"
-    except IsADirectoryError:
-        reason = "it is a directory"
-    except UnicodeDecodeError:
-        reason = "it is not a text file in UTF-8"
-    except (OSError, ValueError) as problem:
-        reason = (getattr(problem, "strerror", None) or str(problem)).lower()
-    shown_path = path if path.isprintable() else repr(path)
-    raise error(f"{shown_path}: this file cannot be read, because {reason}.", file=path)
-
-
 def parse_toml(text: str, file: str | Path, error: type[InputError]) -> dict[str, Any]:
-    """Parse TOML; raise `error` with the line and column if it is not TOML."""
+    """Parse TOML; raise `error` with the line and column if it is none, or nested too deeply."""
     try:
-        return tomllib.loads(text)
+        # A key of many parts would take the parser the square of their number.
+        document = tomllib.loads(text) if not _LONG_KEY.search(text) else None
+        if document is not None and _depth(document) <= _MOST_DEPTH:
+            return document
+        reason = "Nested too deeply"
     except RecursionError:
         reason = "Nested too deeply"
     except ValueError as problem:  # tomllib's own error, or a number with too many digits
         reason = " ".join(str(problem).split())
-    raise error(f"{file}: this file is not valid TOML: {reason}.", file=str(file))
+    sentence = f"{legible(str(file))}: this file is not valid TOML: {legible(reason)}."
+    raise error(sentence, file=str(file))
+
+
+def _depth(document: object) -> int:
+    """Return how deeply tables and lists stand in one another, however deep that is."""
+    depth, level = 0, [document]
+    while level:
+        depth += 1
+        below: list[object] = []
+        for value in level:
+            if isinstance(value, dict):
+                below += value.values()
+            elif isinstance(value, list):
+                below += value
+        level = below
+    return depth
 
 
 def check_document(

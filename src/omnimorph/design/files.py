@@ -38,7 +38,17 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.writing import vehicle_text
 from omnimorph.errors import VehicleError
 
-__all__ = ["list_vehicles", "load_vehicle", "parse_vehicle", "vehicle_text"]
+__all__ = [
+    "VehicleLike",
+    "as_vehicle",
+    "list_vehicles",
+    "load_vehicle",
+    "parse_vehicle",
+    "vehicle_text",
+]
+
+VehicleLike = Vehicle | str | os.PathLike[str]
+"""A vehicle, or the name or file of one."""
 
 
 def list_vehicles() -> list[str]:
@@ -72,6 +82,22 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
     """
     file, text = find_document(name_or_path, _catalogue(), "vehicle", VehicleError)
     return parse_vehicle(text, file)
+
+
+def as_vehicle(vehicle: VehicleLike) -> Vehicle:
+    """Return a vehicle that may be given as a name of the catalogue or as a file.
+
+    Raises
+    ------
+    VehicleError
+        As `load_vehicle` does, and if it is anything else.
+    """
+    if isinstance(vehicle, Vehicle):
+        return vehicle
+    if isinstance(vehicle, str | os.PathLike):
+        return load_vehicle(vehicle)
+    allowed = "a Vehicle, or the name or file of one"
+    raise VehicleError.at("the call", "vehicle", vehicle, allowed)
 
 
 def _catalogue() -> Traversable:

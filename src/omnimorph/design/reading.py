@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from omnimorph.design.checks import LONGEST_LINE
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
+from omnimorph.design.ranges import OF_VEHICLES
 from omnimorph.design.vehicle import Source, Vehicle
 from omnimorph.errors import MISSING, VehicleError
 from omnimorph.units import to_SI, unit_of
@@ -130,7 +132,11 @@ def _rotor_numbers(
         number = numbers[given_as]
         if given_as != key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
             speed = math.sqrt(abs(number) / numbers["thrust_coefficient_N_per_Hz2"])
-            number = math.copysign(speed, number)
+            speed = math.copysign(speed, number)
+            if speed not in OF_VEHICLES[key]:
+                allowed = f"such that it takes {OF_VEHICLES[key]} Hz, not {speed:g}"
+                raise VehicleError.at(file, f"{where}.{given_as}", number, allowed)
+            number = speed
         values[attribute] = _in_SI(key, number)
     return values
 
@@ -178,8 +184,9 @@ def _sources(content: VehicleFile, file: str | Path) -> dict[str, Source]:
             if attribute is None:
                 raise VehicleError.unknown_key(file, where, key, attributes)
             line = " ".join(text.split()) if isinstance(text, str) else ""
-            if not line or not line.isprintable():
-                raise VehicleError.at(file, where, text, "a text that says where it comes from")
+            if not (line.isprintable() and 1 <= len(line) <= LONGEST_LINE):
+                allowed = f"a text that says where it comes from, at most {LONGEST_LINE} characters"
+                raise VehicleError.at(file, where, text, allowed)
             if attribute in found:
                 raise VehicleError.at(file, where, line, "left out, as it is given already")
             found[attribute] = Source(line, assumed=table == "assumed")

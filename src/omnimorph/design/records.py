@@ -7,7 +7,7 @@ made from it, with the unit at the end of each key) and provenance (the record w
     class RotorLag(Record):
         '''...'''
         kind = "rotor-lag"
-        up: float | None = quantity("ms", "a positive number", above=0.0, default=None)
+        up: float | None = quantity("ms", Range(0.0, 1e6), "a number", default=None)
 
     RotorLag(up=0.020)                       # SI in Python
     {"kind": "rotor-lag", "up_ms": 20.0}     # its unit in files
@@ -17,28 +17,27 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-import math
 import operator
 import typing
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
 
+from omnimorph.design.ranges import Range
 from omnimorph.errors import ScenarioError
 from omnimorph.units import from_SI, to_SI
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["Record", "choice", "file_model", "quantity"]
+__all__ = ["Record", "check_record", "choice", "file_model", "quantity"]
 
 
 def quantity(
     unit: str,
+    limits: Range,
     allowed: str,
     *,
     default: Any = dataclasses.MISSING,
-    at_least: float = -math.inf,
-    above: float = -math.inf,
     length: int | None = None,
 ) -> Any:
     """Declare a field that is a number, or several, with a unit in files.
@@ -47,17 +46,24 @@ def quantity(
     ----------
     unit : str
         A key of `omnimorph.units.UNITS`, the end of the field's key in files; "" for none.
+    limits : Range
+        Of each number, in that unit.
     allowed : str
-        What is allowed, to be read after "it must be".
+        What is allowed, to be read after "it must be"; the range is told after it.
     default
         In SI; a field without one is required.
-    at_least, above : float
-        Bounds on each number, in SI.
     length : int, optional
         How many numbers a sequence must have; 0 for a field that is a single number.
     """
-    rule = {"unit": unit, "allowed": allowed, "at_least": at_least, "above": above}
-    return dataclasses.field(default=default, metadata=rule | {"length": length})
+    in_SI = limits.in_SI(unit)
+    rule = {
+        "unit": unit,
+        "limits": in_SI,
+        "length": length,
+        "allowed": f"{allowed}, {in_SI}" + (" in SI" if unit else ""),
+        "allowed_in_file": f"{allowed}, {limits}",
+    }
+    return dataclasses.field(default=default, metadata=rule)
 
 
 def choice(values: Sequence[Any], allowed: str) -> Any:
@@ -70,7 +76,14 @@ def choice(values: Sequence[Any], allowed: str) -> Any:
     allowed : str
         The same, to be read after "it must be".
     """
-    return dataclasses.field(metadata={"values": values, "unit": "", "allowed": allowed})
+    rule = {"values": values, "unit": "", "allowed": allowed, "allowed_in_file": allowed}
+    return dataclasses.field(metadata=rule)
+
+
+def check_record(place: str, name: str, value: object, kind: type) -> None:
+    """Refuse an argument that is not a record of a kind; `place` and `name` say which it is."""
+    if not isinstance(value, kind):
+        raise ScenarioError.at(place, name, value, f"of the kind {kind.__name__}")
 
 
 class Record:
@@ -134,7 +147,9 @@ def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
     fields: dict[str, Any] = others or {"kind": (Literal[record.kind], ...)}
     for field in dataclasses.fields(record):  # type: ignore[arg-type]
         missing = field.default is dataclasses.MISSING
-        described = Field(... if missing else None, description=field.metadata.get("allowed"))
+        described = Field(
+            ... if missing else None, description=field.metadata.get("allowed_in_file")
+        )
         annotation = _as_lists(hints[field.name])
         annotation = annotation if missing else annotation | None
         fields[_key(field)] = (annotation, described)
@@ -169,7 +184,7 @@ def _checker(rule: Mapping[str, Any]) -> Any:
         if value is None:
             return value
         if not _is_allowed(_convert(_plain(value), rule["unit"], to_SI), rule):
-            raise ValueError(rule["allowed"])
+            raise ValueError(rule["allowed_in_file"])
         return value
 
     return check
@@ -188,9 +203,7 @@ def _is_allowed(value: Any, rule: Mapping[str, Any]) -> bool:
             return False
         scalar = {**rule, "length": None}
         return len(value) > 0 and all(_is_allowed(item, scalar) for item in value)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        return False
-    return math.isfinite(value) and value >= rule["at_least"] and value > rule["above"]
+    return value in rule["limits"]
 
 
 def _convert(value: Any, unit: str, door: Any) -> Any:

@@ -29,6 +29,8 @@ __all__ = ["MOST_ROTORS", "MOST_SERVOS", "Source", "ThrustAxisParts", "Vehicle"]
 
 MOST_ROTORS = 18
 MOST_SERVOS = 18
+MOST_THRUST = 1e9  # N, of one rotor
+MOST_KAPPA = 1e7  # m, drag torque per thrust
 
 
 class ThrustAxisParts(NamedTuple):
@@ -133,7 +135,7 @@ class Vehicle:
         set_once = object.__setattr__  # how a frozen dataclass settles its own fields
         check.name("name", self.name)
         check.line("title", self.title)
-        set_once(self, "mass", check.positive_number("mass", self.mass))
+        set_once(self, "mass", check.number("mass", self.mass))
         part = check.part_of_mass("tilt_mechanism_mass", self.tilt_mechanism_mass, self.mass)
         set_once(self, "tilt_mechanism_mass", part)
         set_once(self, "inertia", check.inertia("inertia", self.inertia))
@@ -158,11 +160,7 @@ class Vehicle:
         check.each("rotor_spin", self.rotor_spin, np.abs(self.rotor_spin) == 1.0, "1 or -1")
 
     def _check_limits(self, check: Checks) -> None:
-        """Check signs and the order of limits."""
-        for field in ("thrust_coefficient", "drag_coefficient", "speed_max", "servo_rate_max"):
-            check.each(field, getattr(self, field), getattr(self, field) > 0.0, "positive")
-        for field in _NOT_NEGATIVE:
-            check.each(field, getattr(self, field), getattr(self, field) >= 0.0, "zero or positive")
+        """Check the order of limits, and what follows from several numbers."""
         below = self.speed_min < self.speed_max
         check.each("speed_min", self.speed_min, below, "below the upper limit")
         slowest = np.where(
@@ -171,14 +169,14 @@ class Vehicle:
         check.each("dead_band", self.dead_band, self.dead_band < slowest, "below the speed limits")
         ordered = self.servo_angle_min <= self.servo_angle_max
         check.each("servo_angle_min", self.servo_angle_min, ordered, "at most the upper limit")
-        for field, derived in (
-            ("speed_min", self.thrust_min),
-            ("speed_max", self.thrust_max),
-            ("drag_coefficient", self.kappa),
+        for field, derived, most in (
+            ("speed_min", self.thrust_min, MOST_THRUST),
+            ("speed_max", self.thrust_max, MOST_THRUST),
+            ("drag_coefficient", self.kappa, MOST_KAPPA),
         ):
-            check.each(
-                field, getattr(self, field), np.isfinite(derived), "small enough to compute with"
-            )
+            small = np.abs(derived) <= most
+            allowed = f"so small that {_DERIVED[field]} is at most {most:g}"
+            check.each(field, getattr(self, field), small, allowed)
 
     @property
     def n_rotors(self) -> int:
@@ -209,8 +207,7 @@ class Vehicle:
 
         OmniMorph: 2.754e-6 / 1.8638e-4 = 0.014776 m.
         """
-        with np.errstate(over="ignore"):
-            return read_only(self.drag_coefficient / self.thrust_coefficient)
+        return read_only(self.drag_coefficient / self.thrust_coefficient)
 
     @cached_property
     def thrust_axis_parts(self) -> ThrustAxisParts:
@@ -241,8 +238,7 @@ class Vehicle:
         return dataclasses.replace(self, **changes)
 
     def _thrust(self, speed: FloatArray) -> FloatArray:
-        with np.errstate(over="ignore", under="ignore"):
-            return read_only(self.thrust_coefficient * speed * np.abs(speed))
+        return read_only(self.thrust_coefficient * speed * np.abs(speed))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, so that a copy from another process is as read-only as this one.
@@ -250,14 +246,11 @@ class Vehicle:
         return (_rebuild, (type(self), values | {"sources": dict(self.sources)}))
 
 
-_NOT_NEGATIVE = (
-    "dead_band",
-    "time_constant_up",
-    "time_constant_down",
-    "spin_inertia",
-    "servo_time_constant",
-    "filter_cutoff",
-)
+_DERIVED = {
+    "speed_min": "the size of the least thrust, N,",
+    "speed_max": "the largest thrust, N,",
+    "drag_coefficient": "drag torque per thrust, m,",
+}
 
 
 def _shapes(n: int, m: int) -> dict[str, tuple[int, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -10,17 +11,27 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.csv_tables import read_csv_table
+from omnimorph.design.ranges import Range
 from omnimorph.errors import MISSING, InputError
 from omnimorph.identification.unit_hints import SPEED_UNITS, check_ratio
 from omnimorph.protocols import FloatArray
-from omnimorph.units import to_SI, unit_of
+from omnimorph.units import from_SI, to_SI, unit_of
 
-__all__ = ["BenchData", "read_bench"]
+__all__ = ["STILL", "BenchData", "column_ranges", "read_bench"]
 
 _SPEEDS = tuple(f"speed_{unit}" for unit in SPEED_UNITS)
 _COMMANDS = tuple(f"command_{unit}" for unit in SPEED_UNITS)
 _ALWAYS = ("time_s", "force_N", "torque_Nm")
-_TOO_LARGE = 1e12  # no bench reads as much, and squares stay within what can be computed with
+_RANGES = {
+    "time": Range(-1e9, 1e9),
+    "speed": Range(-1e6, 1e6),
+    "force": Range(-1e9, 1e9),
+    "torque": Range(-1e9, 1e9),
+    "command": Range(-1e6, 1e6),
+}
+"""Of what a bench records, in SI."""
+_APART = 1e-9  # s, the least time from one row to the next
+STILL = 1e-6  # rad/s: a rotor that turns no faster rests
 _SAME = 0.02  # two columns of one speed agree this well, relative
 
 
@@ -49,7 +60,8 @@ class BenchData:
     Raises
     ------
     InputError
-        If a number is not finite or beyond 1e12, the lengths differ or the time does not increase.
+        If a number is not finite or beyond its range, the lengths differ or the time does not
+        increase by 1 ns or more.
     """
 
     time: FloatArray
@@ -66,20 +78,23 @@ class BenchData:
             object.__setattr__(self, name, self._checked(name, getattr(self, name)))
         if not self.lines:
             object.__setattr__(self, "lines", tuple(range(1, len(self.time) + 1)))
-        late = np.flatnonzero(np.diff(self.time) <= 0.0)
+        late = np.flatnonzero(np.diff(self.time) < _APART)
         if late.size:
             row = int(late[0])
-            allowed = f"later than the time before it, {self.time[row]:g} s"
+            allowed = (
+                f"later than the time before it, {self.time[row]:g} s, by {_APART:g} s or more"
+            )
             key = f"line {self.lines[row + 1]}, time"
             raise InputError.at(self.source, key, f"{self.time[row + 1]:g} s", allowed)
 
     def _checked(self, name: str, value: ArrayLike) -> FloatArray:
         try:
             array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             array = np.array(np.nan)
-        if array.ndim != 1 or not (np.abs(array) < _TOO_LARGE).all():
-            allowed = f"one row of finite numbers below {_TOO_LARGE:g}"
+        limits = _RANGES[name]
+        if array.ndim != 1 or not ((array >= limits.least) & (array <= limits.most)).all():
+            allowed = f"one row of finite numbers {limits} in SI"
             raise InputError.at(self.source, name, value, allowed)
         if array.size != np.size(self.time):
             allowed = f"{np.size(self.time)}, as there are times"
@@ -110,7 +125,7 @@ def read_bench(path: str | Path) -> BenchData:
         increase, or two speed columns contradict each other: one sentence, which names the unit
         that was most likely meant.
     """
-    table = read_csv_table(path, partial(_check_columns, str(path)), InputError)
+    table = read_csv_table(path, partial(_check_columns, str(path)), column_ranges(), InputError)
     columns = dict(zip(table.columns, table.rows.T, strict=True))
     speeds = [name for name in _SPEEDS if name in columns]
     _check_same(str(path), speeds, columns)
@@ -126,6 +141,16 @@ def read_bench(path: str | Path) -> BenchData:
         source=str(path),
         lines=tuple(table.lines),
     )
+
+
+def column_ranges() -> dict[str, Range]:
+    """Return the range of each column that a file may have, in its own unit."""
+    found = {}
+    for name in (*_ALWAYS, *_SPEEDS, *_COMMANDS):
+        unit = unit_of(name)
+        limits = _RANGES[name.removesuffix(f"_{unit}")]
+        found[name] = Range(from_SI(limits.least, unit), from_SI(limits.most, unit))
+    return found
 
 
 def _in_SI(name: str, columns: dict[str, FloatArray]) -> FloatArray:
@@ -165,6 +190,8 @@ def _check_command(path: str, speed: str, command: str, columns: dict[str, Float
 
 
 def _ratio(first: FloatArray, second: FloatArray) -> float:
-    """Return how many times the second the first is, as a rule: 1 if that cannot be told."""
-    told = np.abs(second) > 0.02 * np.abs(second).max(initial=0.0)
-    return float(np.median(np.abs(first[told] / second[told]))) if told.any() else 1.0
+    """Return how many times the second the first is, as a rule; 1 if both rest all the time."""
+    told = np.abs(second) > max(0.02 * np.abs(second).max(initial=0.0), STILL)
+    if told.any():
+        return float(np.median(np.abs(first[told] / second[told])))
+    return math.inf if np.abs(first).max(initial=0.0) > STILL else 1.0

@@ -13,6 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
@@ -23,6 +24,7 @@ _MASS = "a positive number of kilograms"
 _PLACE = "three finite numbers [x, y, z] in metres"
 _ANGLES = "three finite angles [roll, pitch, yaw]"
 _LENGTH = "zero or a positive number of metres"
+_SIZES = Range(0.0, 1e4)
 _ORIGIN = (0.0, 0.0, 0.0)
 
 
@@ -44,8 +46,8 @@ class PointMass(Record):
     """
 
     kind: ClassVar[str] = "point"
-    mass: float = quantity("kg", _MASS, above=0.0)
-    position: tuple[float, ...] = quantity("m", _PLACE, length=3, default=_ORIGIN)
+    mass: float = quantity("kg", Range(1e-9, 1e6), _MASS)
+    position: tuple[float, ...] = quantity("m", Range(-1e4, 1e4), _PLACE, length=3, default=_ORIGIN)
 
     def own_inertia(self) -> FloatArray:
         """Return the (3, 3) inertia about the part's centre, kg m², in the common axes."""
@@ -70,10 +72,10 @@ class Box(PointMass):
     """
 
     kind: ClassVar[str] = "box"
-    size: tuple[float, ...] = quantity(
-        "m", "three numbers of metres, not negative", at_least=0.0, length=3
+    size: tuple[float, ...] = quantity("m", _SIZES, "three numbers of metres", length=3)
+    orientation: tuple[float, ...] = quantity(
+        "deg", Range(-1e5, 1e5), _ANGLES, length=3, default=_ORIGIN
     )
-    orientation: tuple[float, ...] = quantity("deg", _ANGLES, length=3, default=_ORIGIN)
 
     def own_inertia(self) -> FloatArray:
         """Return m/12 diag(b² + c², a² + c², a² + b²), turned, kg m²."""
@@ -101,10 +103,12 @@ class Cylinder(PointMass):
     """
 
     kind: ClassVar[str] = "cylinder"
-    radius: float = quantity("m", _LENGTH, at_least=0.0)
-    length: float = quantity("m", _LENGTH, at_least=0.0)
-    inner_radius: float = quantity("m", _LENGTH, at_least=0.0, default=0.0)
-    orientation: tuple[float, ...] = quantity("deg", _ANGLES, length=3, default=_ORIGIN)
+    radius: float = quantity("m", _SIZES, _LENGTH)
+    length: float = quantity("m", _SIZES, _LENGTH)
+    inner_radius: float = quantity("m", _SIZES, _LENGTH, default=0.0)
+    orientation: tuple[float, ...] = quantity(
+        "deg", Range(-1e5, 1e5), _ANGLES, length=3, default=_ORIGIN
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -165,7 +169,7 @@ def assemble(parts: Sequence[Part]) -> MassProperties:
     Raises
     ------
     InputError
-        If there is no part, or the numbers are too large to compute with.
+        If there is no part.
 
     Examples
     --------
@@ -181,12 +185,9 @@ def assemble(parts: Sequence[Part]) -> MassProperties:
     masses = np.array([part.mass for part in parts])
     positions = np.array([part.position for part in parts])
     inertia = np.zeros((3, 3))
-    with np.errstate(over="ignore", invalid="ignore"):
-        centre = masses @ positions / masses.sum()
-        for part, p in zip(parts, positions - centre, strict=True):
-            inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
-    if not np.isfinite(inertia).all():
-        raise InputError("the parts are too heavy or too large to compute with.")
+    centre = masses @ positions / masses.sum()
+    for part, p in zip(parts, positions - centre, strict=True):
+        inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
     return MassProperties(mass=float(masses.sum()), centre=centre, inertia=inertia)
 
 

@@ -14,11 +14,12 @@
 from __future__ import annotations
 
 import os
-from functools import reduce
+from functools import cache, reduce
 from operator import or_
 from typing import Annotated, Any, Literal
 
-from omnimorph.design.documents import check_document, parse_toml, read_text
+from omnimorph.design.documents import check_document, parse_toml
+from omnimorph.design.input_files import read_text
 from omnimorph.design.records import file_model
 from omnimorph.errors import InputError
 from omnimorph.identification.inertia import PARTS, Part
@@ -45,8 +46,8 @@ def load_parts(path: str | os.PathLike[str]) -> list[Part]:
         If the file cannot be read, or a key or value in it cannot be used: one sentence with the
         file, the key, the value and what is allowed.
     """
-    file = os.fspath(path)
-    document = parse_toml(read_text(file, InputError), file, InputError)
+    text, file = read_text(path, InputError), os.fsdecode(path)
+    document = parse_toml(text, file, InputError)
     content = check_document(_file_model(), document, file, InputError)
     kinds = {kind.kind: kind for kind in PARTS}
     parts = []
@@ -58,6 +59,7 @@ def load_parts(path: str | os.PathLike[str]) -> list[Part]:
     return parts
 
 
+@cache
 def _file_model() -> Any:
     from pydantic import ConfigDict, Field, create_model
 

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from omnimorph.design.ranges import limits_in_SI
 from omnimorph.errors import InputError
-from omnimorph.identification.bench_data import BenchData
+from omnimorph.identification.bench_data import STILL, BenchData
 from omnimorph.identification.coefficients import CoefficientFit, Estimate, fit_coefficient
 from omnimorph.identification.fit_warnings import fit_warnings
 from omnimorph.identification.time_constants import StepFit, combined, fit_steps
@@ -28,7 +29,6 @@ __all__ = ["LEAST_ROWS", "RotorFit", "fit_rotor"]
 LEAST_ROWS = 8
 """So many rows must turn in a sense of rotation for it to be fitted."""
 _MOVING = 0.02  # of the largest speed: slower rows count as at rest
-_STILL = 1e-6  # rad/s: a rotor that turns no faster rests
 _LEAST_RANGE = 1.2  # the fastest over the slowest moving row
 _MOST_OUTLIERS = 0.2  # of all rows
 
@@ -133,6 +133,8 @@ def fit_rotor(
     drag = fit_coefficient(square, -bench.torque if felt else bench.torque, sides)
     _check_fit(bench, "force", thrust)
     _check_fit(bench, "torque", drag)
+    _check_size(bench, "force", thrust)
+    _check_size(bench, "torque", drag)
     if expected_thrust_coefficient is not None:
         check_expected(
             bench.source,
@@ -145,7 +147,7 @@ def fit_rotor(
     low = float(speeds.min())
     steps: tuple[StepFit, ...] = ()
     if bench.command is not None:
-        steps = fit_steps(bench.time, bench.speed, bench.command)
+        steps = fit_steps(bench.time, bench.speed, bench.command, bench.source)
     return RotorFit(
         bench=bench,
         thrust=thrust,
@@ -163,7 +165,7 @@ def fit_rotor(
 def _sides(bench: BenchData) -> tuple[Rows, Rows]:
     """Return which rows turn forward and which in reverse; refuse what cannot be fitted."""
     size = np.abs(bench.speed)
-    slowest = max(_MOVING * float(size.max(initial=0.0)), _STILL)
+    slowest = max(_MOVING * float(size.max(initial=0.0)), STILL)
     sides = (bench.speed > slowest, bench.speed < -slowest)
     counts = [int(side.sum()) for side in sides]
     most = max(counts)
@@ -207,7 +209,7 @@ def _check_signs(bench: BenchData, thrust: CoefficientFit, sides: tuple[Rows, Ro
 
 
 def _check_fit(bench: BenchData, name: str, fit: CoefficientFit) -> None:
-    """Refuse a coefficient that is none."""
+    """Refuse a coefficient that is none, or that no vehicle may have."""
     lost = int(fit.outlier.sum())
     if lost > _MOST_OUTLIERS * len(fit.outlier):
         lines = [bench.lines[row] for row in np.flatnonzero(fit.outlier)]
@@ -227,6 +229,16 @@ def _check_fit(bench: BenchData, name: str, fit: CoefficientFit) -> None:
             file=bench.source,
             key=name,
         )
+
+
+def _check_size(bench: BenchData, name: str, fit: CoefficientFit) -> None:
+    """Refuse a coefficient that a vehicle file does not take: a column is in another unit."""
+    attribute = {"force": "thrust_coefficient", "torque": "drag_coefficient"}[name]
+    limits = limits_in_SI(attribute)
+    for way in (fit.both, fit.forward, fit.reverse):
+        if way is not None and limits is not None and way.value not in limits:
+            key = f"the coefficient of {name} over squared speed"
+            raise InputError.at(bench.source, key, way.value, f"{limits} in SI")
 
 
 def _median_sign(square: FloatArray, measured: FloatArray) -> float:

@@ -17,6 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from omnimorph.errors import InputError
 from omnimorph.identification.coefficients import Estimate
 from omnimorph.protocols import FloatArray
 
@@ -27,6 +28,7 @@ _BEGUN = 0.10  # of the way: rows before are left out, so that a delay does no h
 _LEAST_ROWS = 8  # from there on
 _LEAST_IN_RISE = 3  # of those within one time constant
 _GRID = 60
+_MOST_STEPS = 1000
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -61,7 +63,9 @@ class StepFit:
         return fitted
 
 
-def fit_steps(time: FloatArray, speed: FloatArray, command: FloatArray) -> tuple[StepFit, ...]:
+def fit_steps(
+    time: FloatArray, speed: FloatArray, command: FloatArray, source: str = "the bench data"
+) -> tuple[StepFit, ...]:
     """Fit every step of the command that can be fitted.
 
     Parameters
@@ -70,15 +74,25 @@ def fit_steps(time: FloatArray, speed: FloatArray, command: FloatArray) -> tuple
         Increasing.
     speed, command : (K,) arrays, rad/s
         What was measured, and what was asked for.
+    source : str
+        What messages call the data.
 
     Returns
     -------
     tuple of StepFit
         One a step. Steps through zero, those with fewer than 8 rows, or fewer than 3 within the
         time constant, and those whose interval reaches zero are left out.
+
+    Raises
+    ------
+    InputError
+        If the command has more than 1000 steps: it is then no command, or a noisy one.
     """
     least = _LEAST_STEP * float(np.abs(command).max(initial=0.0))
     starts = np.flatnonzero(np.abs(np.diff(command)) > max(least, 1e-9)) + 1
+    if len(starts) > _MOST_STEPS:
+        allowed = f"at most {_MOST_STEPS}; without the column no time constants are fitted"
+        raise InputError.at(source, "number of steps of the command", len(starts), allowed)
     found = []
     for begin, end in pairwise([*starts.tolist(), len(time)]):
         before, after = float(command[begin - 1]), float(command[begin])

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.core import as_core, as_tilt
@@ -20,7 +21,7 @@ __all__ = [
 ]
 
 
-def allocation_matrix(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
+def allocation_matrix(vehicle: VehicleLike, tilt: ArrayLike) -> FloatArray:
     """Return A(α), which maps thrusts to the wrench they make: w_B = A(α) f.
 
     Column i is ``[z_i ; p_i × z_i − k_i κ_i z_i]`` with the thrust axis ``z_i(α)`` turned about its
@@ -55,6 +56,8 @@ def allocation_matrix(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     -----
     Aboudorra et al. 2024, eqs. (5) to (10). The rank drops to 4 at α = kπ and to 5 at π/2 + kπ.
     """
+    if not isinstance(vehicle, Vehicle):
+        vehicle = as_vehicle(vehicle)
     return _core.allocation_matrix(as_core(vehicle), as_tilt(vehicle, tilt))
 
 
@@ -79,7 +82,7 @@ def tilt_derivative(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> Flo
     return _core.tilt_derivative(as_core(vehicle), f, as_tilt(vehicle, tilt))
 
 
-def full_allocation_matrix(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> FloatArray:
+def full_allocation_matrix(vehicle: VehicleLike, thrust: ArrayLike, tilt: ArrayLike) -> FloatArray:
     """Return F(f, α) = [A(α) | ∂(A(α) f)/∂α]: how the wrench changes with every input.
 
     Parameters
@@ -101,6 +104,7 @@ def full_allocation_matrix(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike)
     Aboudorra et al. 2024, eq. (11), with thrusts in N for inputs. At α = 0 the last column lies
     outside the range of A exactly if Σ f_i h_i ≠ 0, h_i the direction in which rotor i tilts.
     """
+    vehicle = as_vehicle(vehicle)
     columns = (allocation_matrix(vehicle, tilt), tilt_derivative(vehicle, thrust, tilt))
     return np.hstack(columns)
 

@@ -8,12 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.design.ranges import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
 __all__ = ["as_core", "as_tilt", "state_row"]
 
+_LARGEST_TILT = OF_VEHICLES["angle_max_deg"].in_SI("deg").most
 _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
 
 
@@ -43,15 +45,22 @@ def as_core(vehicle: Vehicle) -> _core.Vehicle:
 
 
 def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
-    """Return one finite angle for each servo; a single number is the angle of all of them."""
+    """Return one angle for each servo; a single number is the angle of all of them.
+
+    Raises
+    ------
+    VehicleError
+        If they are not that many, or beyond what any servo turns, 1e5 degrees.
+    """
     try:
         angles = np.asarray(tilt, dtype=np.float64)
-    except (TypeError, ValueError):  # a text, or rows of different lengths
+    except (TypeError, ValueError, OverflowError):  # a text, or rows of different lengths
         angles = np.array([np.nan])
     if angles.ndim == 0:
         angles = np.full(vehicle.n_servos, float(angles))
-    if angles.shape != (vehicle.n_servos,) or not np.isfinite(angles).all():
+    if angles.shape != (vehicle.n_servos,) or not (np.abs(angles) <= _LARGEST_TILT).all():
         allowed = f"one finite angle in rad, or one for each of the {vehicle.n_servos} servos"
+        allowed += f", at most {_LARGEST_TILT:g}"
         raise VehicleError.at(f"vehicle {vehicle.name}", "tilt", tilt, allowed)
     return angles
 

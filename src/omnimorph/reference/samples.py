@@ -19,14 +19,22 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.csv_tables import read_csv_table
+from omnimorph.design.ranges import UNIT_VECTOR
 from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import Desired, FloatArray
 from omnimorph.reference import rows
+from omnimorph.reference.ranges import APART, MOST_POSES, POSITIONS, TIMES
 
 __all__ = ["SampledReference"]
 
 POSE_COLUMNS = ("time_s", "x_m", "y_m", "z_m")
 QUATERNION_COLUMNS = ("qw", "qx", "qy", "qz")
+RANGES = (
+    {"time_s": TIMES}
+    | dict.fromkeys(POSE_COLUMNS[1:], POSITIONS)
+    | dict.fromkeys(QUATERNION_COLUMNS, UNIT_VECTOR)
+)
+"""Column -> the range of its numbers."""
 _QUATERNION_TOLERANCE = 0.01
 _LARGEST_TURN = math.radians(170.0)
 
@@ -37,7 +45,7 @@ class SampledReference:
     Parameters
     ----------
     times : (K,) array
-        In s, from 0 on, strictly increasing; at least two.
+        In s, from 0 on, each at least 1 µs after the one before; from 2 to 100 000.
     positions : (K, 3) array, m, in W
         Positions of the centre of mass.
     quaternions_wxyz : (K, 4) array, optional
@@ -48,8 +56,9 @@ class SampledReference:
     Raises
     ------
     ScenarioError
-        If a number is not finite, the times do not increase, a quaternion is far from unit length,
-        or two successive attitudes differ by more than 170°: near 180° the way round is ambiguous.
+        If a number is beyond its range, the times do not increase, a quaternion is far from unit
+        length, or two successive attitudes differ by more than 170°: near 180° the way round is
+        ambiguous.
 
     Examples
     --------
@@ -66,13 +75,13 @@ class SampledReference:
         *,
         source: str = "samples",
     ) -> None:
-        t = np.array(times, dtype=np.float64)
+        t = _numbers(source, "times", times)
         if t.ndim != 1 or t.size < 2:
             raise ScenarioError.at(source, "times", t, "at least two times")
-        p = np.array(positions, dtype=np.float64)
+        p = _numbers(source, "positions", positions)
         level = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1))
         given = level if quaternions_wxyz is None else quaternions_wxyz
-        q = np.array(given, dtype=np.float64)
+        q = _numbers(source, "quaternions_wxyz", given)
         if p.shape != (t.size, 3):
             raise ScenarioError.at(source, "positions", p, f"of shape ({t.size}, 3)")
         if q.shape != (t.size, 4):
@@ -161,22 +170,29 @@ class SampledReference:
         self._attitude: Any = RotationSpline(self._times, attitudes)
 
 
+def _numbers(source: str, name: str, value: ArrayLike) -> FloatArray:
+    try:
+        return np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):  # a text, or rows of different lengths
+        raise ScenarioError.at(source, name, value, "numbers") from None
+
+
 def _check(table: FloatArray, source: str, places: Sequence[str]) -> None:
     """Refuse a table of time, position and quaternion; `places` says where each row stands."""
-    wrong = np.argwhere(~np.isfinite(table))
+    if len(table) > MOST_POSES:
+        raise ScenarioError.at(source, "number of poses", len(table), f"at most {MOST_POSES}")
+    limits = list(RANGES.values())
+    least, most = np.array([limit[:2] for limit in limits]).T
+    wrong = np.argwhere(~((table >= least) & (table <= most)))
     if len(wrong):
         row, column = (int(index) for index in wrong[0])
-        name = (*POSE_COLUMNS, *QUATERNION_COLUMNS)[column]
-        value = float(table[row, column])
-        raise ScenarioError.at(source, f"{places[row]}, column {name}", value, "a finite number")
+        key, value = f"{places[row]}, column {list(RANGES)[column]}", float(table[row, column])
+        raise ScenarioError.at(source, key, value, f"a number {limits[column]}")
     times = table[:, 0]
-    if times[0] < 0:
-        key = f"{places[0]}, column time_s"
-        raise ScenarioError.at(source, key, float(times[0]), "0 or later")
-    late = np.flatnonzero(np.diff(times) <= 0)
+    late = np.flatnonzero(np.diff(times) < APART)
     if late.size:
         row = int(late[0]) + 1
-        allowed = f"later than the time before it, {times[row - 1]} s"
+        allowed = f"later than the time before it, {times[row - 1]} s, by {APART:g} s or more"
         raise ScenarioError.at(source, f"{places[row]}, column time_s", float(times[row]), allowed)
     _check_attitudes(table[:, 4:8], source, places)
 
@@ -209,7 +225,7 @@ def _check_attitudes(q: FloatArray, source: str, places: Sequence[str]) -> None:
 
 def _read_csv(path: str | Path) -> tuple[FloatArray, list[str]]:
     """Return the (K, 8) table of time, position, quaternion, and the line of each row."""
-    content = read_csv_table(path, partial(_check_header, path), ScenarioError)
+    content = read_csv_table(path, partial(_check_header, path), RANGES, ScenarioError)
     table = np.zeros((len(content.rows), 8))
     table[:, 4] = 1.0
     order = [(*POSE_COLUMNS, *QUATERNION_COLUMNS).index(name) for name in content.columns]

@@ -22,9 +22,11 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omnimorph.design.ranges import Range
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import Desired, FloatArray
 from omnimorph.reference import rows
+from omnimorph.reference.ranges import ANGLES_DEG, APART, DURATIONS, MOVES, POSITIONS, TIMES
 
 __all__ = ["Segment", "SegmentReference", "segments_from_waypoints"]
 
@@ -53,7 +55,7 @@ class Segment:
     Raises
     ------
     ScenarioError
-        If a number is not finite, the duration is not positive or the axis has no unit length.
+        If a number is beyond its range or not finite, or the axis has no unit length.
 
     Examples
     --------
@@ -73,13 +75,11 @@ class Segment:
         rotation_axis_W: ArrayLike = (0.0, 0.0, 1.0),
         rotation_angle: float = 0.0,
     ) -> None:
-        T = float(_array("duration", duration, ()))
-        if not T > 0:
-            raise ScenarioError.at("trajectory", "duration", duration, "positive, in seconds")
-        angle = float(_array("rotation_angle", rotation_angle, ()))
+        T = float(_array("duration", duration, (), DURATIONS))
+        angle = float(_array("rotation_angle", rotation_angle, (), ANGLES_DEG.in_SI("deg")))
         axis = _array("rotation_axis_W", rotation_axis_W, (3,))
         object.__setattr__(self, "duration", T)
-        object.__setattr__(self, "move_W", _array("move_W", move_W, (3,)))
+        object.__setattr__(self, "move_W", _array("move_W", move_W, (3,), MOVES))
         object.__setattr__(
             self, "rotation_axis_W", axis if angle == 0 else _unit("rotation_axis_W", axis)
         )
@@ -128,11 +128,14 @@ class SegmentReference:
     def __init__(
         self, start_p_WB: ArrayLike, start_R_WB: ArrayLike, segments: Iterable[Segment]
     ) -> None:
-        object.__setattr__(self, "start_p_WB", _array("start_p_WB", start_p_WB, (3,)))
+        object.__setattr__(self, "start_p_WB", _array("start_p_WB", start_p_WB, (3,), POSITIONS))
         object.__setattr__(self, "start_R_WB", _rotation("start_R_WB", start_R_WB))
         object.__setattr__(self, "segments", tuple(segments))
         if not self.segments:
             raise ScenarioError("A trajectory of segments needs at least one segment.")
+        for segment in self.segments:
+            if not isinstance(segment, Segment):
+                raise ScenarioError.at("trajectory", "segments", segment, "Segments")
 
     @property
     def duration(self) -> float:
@@ -275,11 +278,11 @@ def segments_from_waypoints(
     >>> there_and_back(2.0).p_WB.tolist()
     [1.0, 0.0, 1.0]
     """
-    t = _array("times", times, None)
-    if t.ndim != 1 or t.size < 2 or t[0] < 0 or np.any(np.diff(t) <= 0):
-        allowed = "two or more seconds from 0 on, strictly increasing"
+    t = _array("times", times, None, TIMES)
+    if t.ndim != 1 or t.size < 2 or np.any(np.diff(t) < APART):
+        allowed = f"two or more seconds from 0 on, each at least {APART:g} s after the one before"
         raise ScenarioError.at("waypoints", "times", t, allowed)
-    p = _array("positions", positions, (t.size, 3))
+    p = _array("positions", positions, (t.size, 3), POSITIONS)
     level = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1))
     q = level if quaternions_wxyz is None else quaternions_wxyz
     q = _unit("quaternions_wxyz", _array("quaternions_wxyz", q, (t.size, 4)))
@@ -297,23 +300,28 @@ def _minimum_jerk(u: Number) -> tuple[Number, Number, Number]:
     return s, 30 * u * u * rest * rest, 60 * u * rest * (rest - u)
 
 
-def _array(name: str, value: ArrayLike, shape: tuple[int, ...] | None) -> FloatArray:
-    """Return `value` as a read-only array of finite numbers, of a shape if one is asked for."""
+def _array(
+    name: str, value: ArrayLike, shape: tuple[int, ...] | None, limits: Range | None = None
+) -> FloatArray:
+    """Return `value` as a read-only array of finite numbers, of a shape and range if asked for."""
     try:
         array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ScenarioError.at("trajectory", name, value, "numbers") from None
     if shape is not None and array.shape != shape:
         allowed = f"of shape {shape}" if shape else "one number"
         raise ScenarioError.at("trajectory", name, value, allowed)
     if not np.all(np.isfinite(array)):
         raise ScenarioError.at("trajectory", name, value, "finite")
+    if limits is not None and not ((array >= limits.least) & (array <= limits.most)).all():
+        raise ScenarioError.at("trajectory", name, value, f"{limits} in SI")
     return _read_only(array)
 
 
 def _unit(name: str, vectors: FloatArray) -> FloatArray:
     """Return vectors of nearly unit length (along the last axis) with unit length."""
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    with np.errstate(over="ignore"):
+        length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     if np.any(np.abs(length - 1.0) > _TOLERANCE):
         raise ScenarioError.at("trajectory", name, vectors, "of unit length within 1 %")
     return _read_only(np.asarray(vectors / length))
@@ -322,7 +330,8 @@ def _unit(name: str, vectors: FloatArray) -> FloatArray:
 def _rotation(name: str, value: ArrayLike) -> FloatArray:
     """Return a matrix that is nearly a rotation, made exactly one."""
     R = _array(name, value, (3, 3))
-    if np.max(np.abs(R @ R.T - np.eye(3))) > _TOLERANCE or np.linalg.det(R) < 0:
+    near_unit = np.max(np.abs(R)) < 2.0  # so that the product below cannot overflow
+    if not near_unit or np.max(np.abs(R @ R.T - np.eye(3))) > _TOLERANCE or np.linalg.det(R) < 0:
         raise ScenarioError.at("trajectory", name, value, "a rotation matrix")
     left, _, right = np.linalg.svd(R)
     nearest: FloatArray = left @ right

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -171,7 +170,7 @@ def metrics_table(caption: str, columns: Mapping[str, Metrics]) -> Table:
 
 def trajectory_table(run: Run) -> Table:
     """Return the segments of the run's reference, a row a segment; no rows if it has none."""
-    reference = json.loads(run.provenance.scenario_text or "{}").get("reference", {})
+    reference = run.provenance.scenario.get("reference", {})
     rows, begin = [], 0.0
     for segment in reference.get("segment", []):
         end = begin + segment["duration_s"]
@@ -186,7 +185,7 @@ def trajectory_table(run: Run) -> Table:
 
 def plant_table(run: Run) -> Table:
     """Return how the plant of a run was imperfect, a row an effect, with every number."""
-    plant = json.loads(run.provenance.scenario_text or "{}").get("plant", {})
+    plant = run.provenance.scenario.get("plant", {})
     provenance = run.provenance
     rows = [
         ["physics step", f"{from_SI(provenance.physics_step, 'ms'):g} ms", _integrator(plant)],

@@ -40,7 +40,10 @@ def replacing(path: str | Path) -> Iterator[Path]:
     >>> target.read_text()
     '42'
     """
-    target = Path(os.path.realpath(path))
+    try:
+        target = Path(os.path.realpath(path))
+    except (TypeError, ValueError) as error:  # no path at all, or with a null in it
+        raise RunFileError(f"{path}: it cannot be written: {error}.") from None
     try:
         if target.exists() and not target.is_file():
             raise RunFileError(f"{path}: it cannot be written: it is there, but it is not a file.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import NamedTuple
 
 import numpy as np
@@ -107,12 +106,14 @@ def phases(run: Run) -> list[Phase]:
     A label is the axis of the move with its sign (``+y``), the angle of the turn (``30°``), or
     ``rest``.
     """
-    content = json.loads(run.provenance.scenario_text or "{}")
     found, begin = [], 0.0
-    for segment in content.get("reference", {}).get("segment", []):
-        end = begin + segment["duration_s"]
-        found.append(Phase(begin, end, _label(segment)))
-        begin = end
+    try:
+        for segment in run.provenance.scenario.get("reference", {}).get("segment", []):
+            end = begin + float(segment["duration_s"])
+            found.append(Phase(begin, end, _label(segment)))
+            begin = end
+    except (AttributeError, KeyError, TypeError, ValueError, IndexError):
+        return []  # a file of another writer
     return found
 
 

@@ -9,6 +9,7 @@ between control steps).
 from __future__ import annotations
 
 import enum
+import json
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -84,6 +85,15 @@ class Provenance:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
                 raise InputError.at("provenance", name, value, "a positive number of seconds")
+
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """What was flown, much as a scenario file holds it; empty where the text is none."""
+        try:
+            content = json.loads(self.scenario_text)
+        except (ValueError, RecursionError):
+            return {}
+        return content if isinstance(content, dict) else {}
 
 
 _TEXTS = ("scenario_name", "scenario_text", "vehicle_text", "plant_name", "version")

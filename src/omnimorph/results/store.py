@@ -19,11 +19,13 @@ import json
 import math
 import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from omnimorph.design.input_files import open_input
 from omnimorph.errors import InputError, OmnimorphError, RunFileError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import replacing
@@ -113,11 +115,11 @@ def load_run(path: str | Path) -> Run:
         If its columns are more than memory holds.
     """
     try:
-        with open(path, "rb") as file:
+        with open_input(path, partial(_unreadable, path)) as file:
             _check_signature(path, file.read(len(_HDF5_SIGNATURE)))
             return _read_hdf5(path, file)
     except OSError as error:
-        raise _unreadable(path, f"it cannot be read: {error.strerror or error}") from error
+        raise _unreadable(path, (error.strerror or str(error)).lower()) from error
 
 
 class _OutputFile(io.FileIO):

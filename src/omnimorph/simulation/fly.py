@@ -22,8 +22,9 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.results.run import Run
-from omnimorph.simulation.plant import as_state, send
-from omnimorph.simulation.scenario import Scenario, described
+from omnimorph.simulation.parts_in_flight import in_flight
+from omnimorph.simulation.plant import PlantLike, as_plant, as_state, send
+from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
 from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 
 __all__ = ["fly", "measurement_noise"]
@@ -34,11 +35,11 @@ _UNKNOWN = np.full(6, np.nan)
 
 
 def fly(
-    scenario: Scenario,
+    scenario: ScenarioLike,
     *,
     seed: int = 0,
     flight: int = 0,
-    plant: str | None = None,
+    plant: PlantLike | None = None,
     controller: Controller | None = None,
     allocator: Allocator | None = None,
     reference: Reference | None = None,
@@ -53,14 +54,16 @@ def fly(
 
     Parameters
     ----------
-    scenario : Scenario
-        What is flown.
+    scenario : Scenario, str or path
+        What is flown, or its name or file.
     seed, flight : int
         Which noise: flight k of seed s is the same wherever and beside whatever it is flown.
-    plant : str, optional
-        Name or file of another plant, such as ``perfect``.
+    plant : PlantModel, str or path, optional
+        Another plant, or its name or file, such as ``perfect``.
     controller, allocator, reference, disturbance : optional
         See `omnimorph.protocols`. An allocator gets its accelerations from the scenario's tracking.
+        One that may remember something, as any may but plain functions and frozen records, flies
+        once at a time.
     progress : callable, optional
         Called now and then with the time flown and the duration, s.
 
@@ -72,7 +75,8 @@ def fly(
     Raises
     ------
     ScenarioError
-        If a part does not fit: both a controller and an allocator, a reference that is not finite.
+        If a part does not fit: both a controller and an allocator, a reference that is not finite;
+        if a part is flying in another thread.
     TooLargeError
         If the flight has more rows than memory holds.
 
@@ -87,20 +91,20 @@ def fly(
         raise ScenarioError(
             "fly takes a controller or an allocator, not both: a controller allocates."
         )
+    scenario = as_scenario(scenario)
     if plant is not None:
-        from omnimorph.simulation.scenario_files import load_plant
-
-        scenario = replace(scenario, plant=load_plant(plant))
+        scenario = replace(scenario, plant=as_plant(plant))
     if reference is not None:
         scenario = replace(scenario, reference=reference)
     parts = {"controller": controller, "allocator": allocator, "disturbance": disturbance}
     written = {name: described(part) for name, part in parts.items() if part is not None}
-    loop = _Loop(scenario, seed=seed, flight=flight)
-    loop.told |= written
-    if controller is None and allocator is None and disturbance is None:
-        loop.fly_in_core(progress)
-    else:
-        loop.fly_in_python(controller, allocator, disturbance, progress)
+    with in_flight(parts | {"reference": scenario.reference}):
+        loop = _Loop(scenario, seed=seed, flight=flight)
+        loop.told |= written
+        if controller is None and allocator is None and disturbance is None:
+            loop.fly_in_core(progress)
+        else:
+            loop.fly_in_python(controller, allocator, disturbance, progress)
     return loop.as_run()
 
 

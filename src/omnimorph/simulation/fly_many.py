@@ -28,7 +28,8 @@ from omnimorph.simulation.loop_parts import (
     loop_parts,
     whole_number,
 )
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.plant import PlantLike, as_plant
+from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 
 __all__ = ["fly_many"]
@@ -39,14 +40,14 @@ _BYTES_OF_A_NUMBER = 24  # in which flights differ, with what is copied
 
 
 def fly_many(
-    scenario: Scenario,
+    scenario: ScenarioLike,
     n: int,
     *,
     seed: int = 0,
     first: int = 0,
     vary: Mapping[str, Distribution | ArrayLike] | None = None,
     keep: Iterable[int] | Literal["all"] = (),
-    plant: str | None = None,
+    plant: PlantLike | None = None,
     precision: Precision = "float64",
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -58,8 +59,8 @@ def fly_many(
 
     Parameters
     ----------
-    scenario : Scenario
-        What is flown; all of its loop runs in the core.
+    scenario : Scenario, str or path
+        What is flown, or its name or file; all of its loop runs in the core.
     n : int
         How many flights.
     seed, first : int
@@ -82,8 +83,8 @@ def fly_many(
             Beside the reference's start: m and m/s in W, a rotation vector in rad and rad/s in B.
     keep : iterable of int, or "all"
         Numbers of the flights whose traces are kept.
-    plant : str, optional
-        Name or file of another plant, such as ``perfect``.
+    plant : PlantModel, str or path, optional
+        Another plant, or its name or file, such as ``perfect``.
     precision : "float64" or "float32"
         Single precision is about twice as fast. Over the catalogue's tours it is good to 40 µm and
         40 µrad; where a flat cost leaves the tilt to rounding it is another flight
@@ -113,10 +114,9 @@ def fly_many(
     >>> len(flights), bool(flights.completed.all())
     (8, True)
     """
+    scenario = as_scenario(scenario)
     if plant is not None:
-        from omnimorph.simulation.scenario_files import load_plant
-
-        scenario = replace(scenario, plant=load_plant(plant))
+        scenario = replace(scenario, plant=as_plant(plant))
     seed = whole_number("fly_many", "seed", seed, 64)
     first = whole_number("fly_many", "first", first, 32)
     n = _positive("n", n, 2**32 - first)

@@ -7,6 +7,7 @@ actuators at the start, middle and end of the step.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -17,6 +18,8 @@ from omnimorph import _core
 from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
@@ -26,11 +29,22 @@ from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 
-__all__ = ["INTEGRATORS", "PlantModel", "SimulatedPlant", "control_steps"]
+__all__ = [
+    "INTEGRATORS",
+    "TIME_STEPS",
+    "PlantLike",
+    "PlantModel",
+    "SimulatedPlant",
+    "as_plant",
+    "control_steps",
+]
 
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
 _NO_WRENCH = np.zeros(6)
 _POSITIVE = "a positive number of milliseconds"
+
+TIME_STEPS = Range(1e-3, 1e4)
+"""Of physics step and control period, ms."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +69,8 @@ class PlantModel(Record):
     """
 
     kind: ClassVar[str] = "plant"
-    physics_step: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
-    control_period: float = quantity("ms", _POSITIVE, above=0.0, default=1e-3)
+    physics_step: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
+    control_period: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
     integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = "semi-implicit-euler"
     effects: tuple[Effect, ...] = ()
     name: str = "own"
@@ -105,6 +119,28 @@ def control_steps(plant: PlantModel) -> int:
     return steps
 
 
+PlantLike = PlantModel | str | os.PathLike[str]
+"""A plant, or the name or file of one."""
+
+
+def as_plant(plant: PlantLike) -> PlantModel:
+    """Return a plant that may be given as a name of the catalogue or as a file.
+
+    Raises
+    ------
+    ScenarioError
+        As `omnimorph.load_plant` does, and if it is anything else.
+    """
+    if isinstance(plant, PlantModel):
+        return plant
+    if isinstance(plant, str | os.PathLike):
+        from omnimorph.simulation.scenario_files import load_plant
+
+        return load_plant(plant)
+    allowed = "a PlantModel, or the name or file of one"
+    raise ScenarioError.at("the call", "plant", plant, allowed)
+
+
 class SimulatedPlant:
     """A plant that is stepped from Python (satisfies `omnimorph.protocols.Plant`).
 
@@ -135,8 +171,8 @@ class SimulatedPlant:
 
     def __init__(
         self,
-        vehicle: Vehicle,
-        plant: PlantModel,
+        vehicle: VehicleLike,
+        plant: PlantLike,
         *,
         start: State | None = None,
         start_tilt: ArrayLike = 0.0,
@@ -144,6 +180,7 @@ class SimulatedPlant:
         seed: int = 0,
         flight: int = 0,
     ) -> None:
+        vehicle, plant = as_vehicle(vehicle), as_plant(plant)
         if start is None:
             start = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
         tilt = as_tilt(vehicle, start_tilt)

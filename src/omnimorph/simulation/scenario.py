@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -16,17 +17,33 @@ from omnimorph.control.controller import core_settings
 from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.ranges import Range
+from omnimorph.design.records import check_record
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.simulation.effects import CommandDelay
-from omnimorph.simulation.plant import PlantModel
+from omnimorph.simulation.plant import PlantModel, as_plant
 
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
 
-__all__ = ["Scenario", "described", "proposed_controller"]
+__all__ = [
+    "LOST_BEYOND",
+    "TILTS_DEG",
+    "Scenario",
+    "ScenarioLike",
+    "as_scenario",
+    "described",
+    "proposed_controller",
+]
+
+LOST_BEYOND = Range(1e-6, 1e9)
+"""In m."""
+TILTS_DEG = Range(-1e5, 1e5)
+"""In degrees; the limits of the servos are mostly narrower."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -71,8 +88,15 @@ class Scenario:
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.lost_beyond) and self.lost_beyond > 0):
-            allowed = "a positive number of metres"
+        object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
+        object.__setattr__(self, "plant", as_plant(self.plant))
+        check_record(self.name, "gains", self.gains, TrackingGains)
+        check_record(self.name, "allocator", self.allocator, AllocationRule)
+        if not (callable(self.reference) and hasattr(self.reference, "duration")):
+            allowed = "a reference: it has a duration and is called with a time"
+            raise ScenarioError.at(self.name, "reference", self.reference, allowed)
+        if self.lost_beyond not in LOST_BEYOND:
+            allowed = f"a positive number of metres, {LOST_BEYOND}"
             raise ScenarioError.at(self.name, "lost_beyond_m", self.lost_beyond, allowed)
         tilt = self.tilt
         vehicle = self.vehicle
@@ -101,7 +125,7 @@ class Scenario:
             return None
         return usable_lateral_force(self.vehicle, self.allocator, self.tilt)
 
-    def for_vehicle(self, vehicle: Vehicle) -> Scenario:
+    def for_vehicle(self, vehicle: VehicleLike) -> Scenario:
         """Return the same scenario with another vehicle, and with its own controller if proposed.
 
         A start tilt that all servos share is kept, or as near to it as the new ones turn.
@@ -124,6 +148,7 @@ class Scenario:
         >>> tour.vehicle.name, tour.title
         ('omnimorph-2026', 'Climb, sideways, turn by 90 degrees and back: a tour for any vehicle')
         """
+        vehicle = as_vehicle(vehicle)
         tilt = np.asarray(self.start_tilt, dtype=np.float64)
         if (tilt == tilt.flat[:1]).all():
             common = np.full(vehicle.n_servos, tilt.flat[0] if tilt.size else 0.0)
@@ -166,6 +191,28 @@ class Scenario:
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,
         }
+
+
+ScenarioLike = Scenario | str | os.PathLike[str]
+"""A scenario, or the name or file of one."""
+
+
+def as_scenario(scenario: ScenarioLike) -> Scenario:
+    """Return a scenario that may be given as a name of the catalogue or as a file.
+
+    Raises
+    ------
+    ScenarioError
+        As `omnimorph.load_scenario` does, and if it is anything else.
+    """
+    if isinstance(scenario, Scenario):
+        return scenario
+    if isinstance(scenario, str | os.PathLike):
+        from omnimorph.simulation.scenario_files import load_scenario
+
+        return load_scenario(scenario)
+    allowed = "a Scenario, or the name or file of one"
+    raise ScenarioError.at("the call", "scenario", scenario, allowed)
 
 
 def proposed_controller(

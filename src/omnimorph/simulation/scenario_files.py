@@ -42,10 +42,11 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
+from omnimorph.design.input_files import is_file
 from omnimorph.design.records import file_model
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, InputError, ScenarioError
-from omnimorph.protocols import Reference
+from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
@@ -109,7 +110,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     else:
         plant = _named(file, lambda: _plant_from(content.plant, "own"))
     _named(file, lambda: check_it_can_fly(vehicle))
-    start_tilt = to_SI(np.array(content.start_tilt_deg), "deg")
+    start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
     controller = content.controller
     gains, allocator = _named(
         file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
@@ -234,6 +235,13 @@ def _controller_from(
     return TrackingGains.from_file(content), _RULES[rule.kind].from_file(rule)
 
 
+def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:
+    if isinstance(degrees, list) and len(degrees) != vehicle.n_servos:
+        allowed = f"one number, or one for each of the {vehicle.n_servos} servos of {vehicle.name}"
+        raise ScenarioError.at(file, "start_tilt_deg", degrees, allowed)
+    return to_SI(np.array(degrees), "deg")
+
+
 def _plant_from(content: Any, name: str) -> PlantModel:
     effects = tuple(_EFFECTS[effect.kind].from_file(effect) for effect in content.effect)
     return PlantModel(
@@ -282,7 +290,7 @@ def _named(file: str, build: Callable[[], Built]) -> Built:
     try:
         return build()
     except InputError as refused:
-        if refused.file is not None and Path(refused.file).is_file():
+        if refused.file is not None and is_file(refused.file):
             raise
         raise ScenarioError(
             f"{file}: {refused}",

@@ -15,10 +15,13 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from omnimorph.control.allocators import RULES
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.ranges import UNIT_VECTOR
 from omnimorph.design.records import file_model
-from omnimorph.design.schema import Number, Table, Vector
+from omnimorph.design.schema import Line, Number, Table, Vector, number
+from omnimorph.reference.ranges import ANGLES_DEG, DURATIONS, MOVES, POSITIONS, TIMES
 from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant import INTEGRATORS
+from omnimorph.simulation.plant import INTEGRATORS, TIME_STEPS
+from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
 __all__ = ["PlantFile", "ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
 
@@ -29,6 +32,8 @@ _QUATERNION = "four numbers w, x, y, z of unit length"
 
 def _unit(quaternion: list[float]) -> list[float]:
     """Return a quaternion that is nearly of unit length with unit length."""
+    if any(number not in UNIT_VECTOR for number in quaternion):
+        raise ValueError(f"{_QUATERNION}, {UNIT_VECTOR}")
     length = float(np.linalg.norm(quaternion))
     if abs(length - 1.0) > 0.01:
         raise ValueError(_QUATERNION)
@@ -66,10 +71,10 @@ class ProposedTable(Table):
 class SegmentTable(Table):
     """``[[reference.segment]]``: one move from rest to rest."""
 
-    duration_s: Number = Field(gt=0.0, description=_SECONDS)
-    move_m: Vector = Field(default=[0.0, 0.0, 0.0], description="three numbers of metres")
-    rotation_axis_W: Vector = Field(default=[0.0, 0.0, 1.0], description="a unit vector")
-    rotation_angle_deg: Number = Field(default=0.0, description="a finite number of degrees")
+    duration_s: Number = number(DURATIONS, _SECONDS)
+    move_m: Vector = number(MOVES, "three numbers of metres", [0.0, 0.0, 0.0])
+    rotation_axis_W: Vector = number(UNIT_VECTOR, "a unit vector", [0.0, 0.0, 1.0])
+    rotation_angle_deg: Number = number(ANGLES_DEG, "a number of degrees", 0.0)
 
 
 class ReferenceTable(Table):
@@ -82,8 +87,8 @@ class Segments(ReferenceTable):
     """``[reference]`` made of minimum-jerk segments."""
 
     kind: Literal["segments"]
-    start_position_m: Vector = Field(description="three numbers of metres")
-    start_quaternion_wxyz: Quaternion | None = Field(default=None, description=_QUATERNION)
+    start_position_m: Vector = number(POSITIONS, "three numbers of metres")
+    start_quaternion_wxyz: Quaternion | None = number(UNIT_VECTOR, _QUATERNION, None)
     segment: list[SegmentTable] = Field(min_length=1, description="one segment or more")
 
     def start_attitude(self) -> np.ndarray:
@@ -98,9 +103,9 @@ class Segments(ReferenceTable):
 class Waypoint(Table):
     """``[[reference.waypoint]]``: a pose at a time, where the vehicle rests."""
 
-    time_s: Number = Field(description="a number of seconds, after the waypoint before")
-    position_m: Vector = Field(description="three numbers of metres")
-    quaternion_wxyz: Quaternion | None = Field(default=None, description=_QUATERNION)
+    time_s: Number = number(TIMES, "a number of seconds, after the waypoint before")
+    position_m: Vector = number(POSITIONS, "three numbers of metres")
+    quaternion_wxyz: Quaternion | None = number(UNIT_VECTOR, _QUATERNION, None)
 
 
 class Waypoints(ReferenceTable):
@@ -123,8 +128,8 @@ AnyReference = Annotated[Segments | Waypoints | Samples, Field(discriminator="ki
 class PlantTable(Table):
     """``[plant]``: time steps, integrator and imperfections."""
 
-    physics_step_ms: Number = Field(default=1.0, gt=0.0, description=_MILLISECONDS)
-    control_period_ms: Number = Field(default=1.0, gt=0.0, description=_MILLISECONDS)
+    physics_step_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
+    control_period_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
     integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = Field(
         default="semi-implicit-euler", description=" or ".join(INTEGRATORS)
     )
@@ -137,8 +142,8 @@ class PlantFile(Table):
     schema_version: Literal[1] = Field(
         alias="schema", description="1, the version this package reads"
     )
-    name: str = Field(min_length=1, description="a name")
-    title: str = Field(default="", description="one line of text")
+    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
+    title: Line = Field(default="", description="one line of text, at most 200 characters")
     plant: PlantTable = Field(description="a table, written [plant]")
 
 
@@ -173,13 +178,13 @@ class ScenarioFile(Table):
     schema_version: Literal[1] = Field(
         alias="schema", description="1, the version this package reads"
     )
-    name: str = Field(min_length=1, description="a name")
-    title: str = Field(default="", description="one line of text")
+    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
+    title: Line = Field(default="", description="one line of text, at most 200 characters")
     vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")
     plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
     controller: AnyController = Field(description="a table with the allocator and the gains")
     reference: AnyReference = Field(description="a table with the kind of reference")
-    start_tilt_deg: Number | list[Number] = Field(
-        default=0.0, description="a finite number of degrees, or one for each servo"
+    start_tilt_deg: Number | list[Number] = number(
+        TILTS_DEG, "a finite number of degrees, or one for each servo", 0.0
     )
-    lost_beyond_m: Number = Field(default=2.0, gt=0.0, description="a positive number of metres")
+    lost_beyond_m: Number = number(LOST_BEYOND, "a positive number of metres", 2.0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
@@ -85,7 +86,7 @@ class SpeedProfile:
 
 
 def speed_steps(
-    vehicle: Vehicle,
+    vehicle: VehicleLike,
     rotor: int,
     *,
     held: float = _120_Hz,
@@ -138,6 +139,7 @@ def speed_steps(
     Speeds: Aboudorra et al. 2024, section on mutual interference. The 5 s are ASSUMED: the paper
     does not say in words how long a step lasts.
     """
+    vehicle = as_vehicle(vehicle)
     rotor = checked_rotor(vehicle, rotor)
     for name, value in (("step", step), ("dwell", dwell)):
         if not 0.0 < value < math.inf:

@@ -25,7 +25,7 @@ from omnimorph.simulation.loop_parts import (
     physics_steps,
     whole_number,
 )
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario import ScenarioLike, as_scenario
 
 __all__ = ["NO_PUSH", "SteppedFlight"]
 
@@ -39,8 +39,8 @@ class SteppedFlight:
 
     Parameters
     ----------
-    scenario : Scenario
-        What is flown.
+    scenario : Scenario, str or path
+        What is flown, or its name or file.
     seed, flight : int
         Which noise.
 
@@ -67,8 +67,8 @@ class SteppedFlight:
     (0.004, False, 3)
     """
 
-    def __init__(self, scenario: Scenario, *, seed: int = 0, flight: int = 0) -> None:
-        self.scenario = scenario
+    def __init__(self, scenario: ScenarioLike, *, seed: int = 0, flight: int = 0) -> None:
+        self.scenario = scenario = as_scenario(scenario)
         self._seed = whole_number("fly", "seed", seed, 64)
         self._flight = whole_number("fly", "flight", flight, 32)
         refuse_more_than_memory(
@@ -124,7 +124,7 @@ class SteppedFlight:
             self.core.control(self.core.measure(), self.core.desired())
         self.core.integrate(self.control_every, push)
 
-    def change_controller(self, scenario: Scenario) -> None:
+    def change_controller(self, scenario: ScenarioLike) -> None:
         """Go on with the controller of another scenario, from the last command.
 
         Raises
@@ -132,7 +132,7 @@ class SteppedFlight:
         ScenarioError
             If it is for another vehicle, or its allocator does not fit.
         """
-        mine, other = self.scenario, scenario
+        mine, other = self.scenario, as_scenario(scenario)
         if other.vehicle.name != mine.vehicle.name:
             allowed = f"one for {mine.vehicle.name}, which is flying"
             raise ScenarioError.at(other.name, "vehicle", other.vehicle.name, allowed)

@@ -18,6 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
 from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.design.files import as_vehicle
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -56,8 +58,9 @@ _OF_ROTORS: tuple[type[Effect], ...] = (
     RotorLag,
     SpeedLimits,
 )
-_BOLTED = 1e12  # kg and kg m²: a body that no rotor moves
-_NO_DRAG = 1e-300  # N m s²/rad²; a vehicle wants a positive number
+_BOLTED = 1e4  # kg and kg m²: a body that moves little; what it bears does not depend on that
+_NO_DRAG = 1e-28  # N m s²/rad²; a vehicle wants a positive number
+_NOISE = Range(0.0, 1e9)
 _ROUNDING = 1e-9
 _NO_WRENCH = np.zeros(6)
 _BYTES_OF_A_READING = 256  # beside the row of the plant: noise and what is read
@@ -93,13 +96,13 @@ class SixAxisSensor(Record):
 
     kind: ClassVar[str] = "six-axis-sensor"
     force_noise: tuple[float, ...] = quantity(
-        "N", "three numbers, not negative", at_least=0.0, length=3, default=(0.005, 0.005, 0.01)
+        "N", _NOISE, "three numbers, not negative", length=3, default=(0.005, 0.005, 0.01)
     )
     torque_noise: tuple[float, ...] = quantity(
-        "Nm", "three numbers, not negative", at_least=0.0, length=3, default=(1.25e-4,) * 3
+        "Nm", _NOISE, "three numbers, not negative", length=3, default=(1.25e-4,) * 3
     )
     rate: float = quantity(
-        "per_s", "a positive number of samples a second", above=0.0, default=1000.0
+        "per_s", Range(0.1, 1e6), "a positive number of samples a second", default=1000.0
     )
 
     def noise(self, seed: int, samples: int) -> FloatArray:
@@ -219,6 +222,7 @@ class ThrustStand:
     beyond_limits: bool = False
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
         object.__setattr__(self, "rotor", checked_rotor(self.vehicle, self.rotor))
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)
@@ -304,7 +308,7 @@ class ThrustStand:
     def _felt_vehicle(self) -> Vehicle:
         """Return the vehicle of which the sensor bears the wrench.
 
-        It is too heavy to move, its other rotors have no drag, and B is at the hub: shifting all
+        It is heavy, its other rotors have no drag, and B is at the hub: shifting all
         hubs alike leaves who blows on whom as it is.
         """
         vehicle, rotor = self.vehicle, self.rotor

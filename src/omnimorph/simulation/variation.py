@@ -186,6 +186,9 @@ def draw(
         If a parameter is not known or has no meaning for the plant, if an array does not have a row
         for each flight, or if a number makes an impossible vehicle; it names the flight.
     """
+    if not isinstance(vary, Mapping):
+        allowed = f"a mapping from some of {', '.join(VARIABLE)} to numbers"
+        raise ScenarioError.at("fly_many", "vary", vary, allowed)
     effects = {effect.kind for effect in scenario.plant.effects}
     drawn = {}
     for name, wanted in vary.items():

@@ -12,13 +12,14 @@ import json
 import math
 import threading
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NamedTuple, Self, TextIO
 
 import omnimorph
 from omnimorph.design.files import vehicle_text
+from omnimorph.design.input_files import open_input
 from omnimorph.errors import RunFileError
 from omnimorph.results.atomic import write_text
 from omnimorph.results.metrics import Metrics
@@ -75,9 +76,9 @@ def _build() -> str:
 def is_flight_log(path: Path) -> bool:
     """Tell whether a file is a log of this kind, whatever its flights are."""
     try:
-        with path.open(encoding="utf-8") as file:
-            return file.readline() == _HEADER
-    except (OSError, UnicodeDecodeError):
+        with open_input(path, RunFileError) as file:
+            return file.read(len(_HEADER)) == _HEADER.encode()
+    except (OSError, RunFileError):
         return False
 
 
@@ -102,11 +103,7 @@ class FlightLog:
         self._file: TextIO | None = None
         self._flown: dict[str, Flown] = {}
         if path.exists():
-            try:
-                lines = path.read_text(encoding="utf-8", errors="replace").splitlines()[1:]
-            except OSError as error:
-                raise _refusal(path, error) from error
-            self._flown = dict(filter(None, map(_from_line, lines)))
+            self._flown = dict(filter(None, map(_from_line, _lines(path))))
 
     def __enter__(self) -> Self:
         return self
@@ -153,6 +150,15 @@ class FlightLog:
         return self.path.open("a", encoding="utf-8")
 
 
+def _lines(path: Path) -> list[str]:
+    """Return the lines of a log after its header."""
+    try:
+        with open_input(path, partial(_refused, path)) as file:
+            return file.read().decode("utf-8", errors="replace").splitlines()[1:]
+    except OSError as error:
+        raise _refusal(path, error) from error
+
+
 def _as_line(key: str, flown: Flown) -> str:
     metrics = flown.metrics and flown.metrics.as_dict()
     content = json.dumps(
@@ -172,7 +178,7 @@ def _from_line(line: str) -> tuple[str, Flown] | None:
         if content["build"] != _build():
             return None
         return content["key"], Flown(_as_metrics(content["metrics"]), content["failure"])
-    except (ValueError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 
 
@@ -188,5 +194,8 @@ def _as_metrics(values: dict[str, Any] | None) -> Metrics | None:
 
 
 def _refusal(path: Path, error: OSError) -> RunFileError:
-    reason = (error.strerror or str(error)).lower()
+    return _refused(path, (error.strerror or str(error)).lower())
+
+
+def _refused(path: Path, reason: str) -> RunFileError:
     return RunFileError(f"{path}: cannot be used: {reason}.", file=str(path))

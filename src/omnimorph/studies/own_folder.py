@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from omnimorph.design.input_files import MEGABYTE, read_text
 from omnimorph.errors import InputError
 from omnimorph.results.folder import staged
 from omnimorph.results.temporary import is_temporary
@@ -16,6 +17,7 @@ from omnimorph.studies.flight_log import is_flight_log
 __all__ = ["FLIGHTS", "check_own", "own_folder"]
 
 _MARK = "results.json"
+_LARGEST_MARK = 64 * MEGABYTE
 FLIGHTS = "flights.jsonl"
 """Name of the log of finished flights, which a study that was interrupted leaves behind."""
 
@@ -72,7 +74,7 @@ def check_own(out: Path, schema: str) -> None:
 
 def _schema_of(path: Path) -> object:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = json.loads(read_text(path, InputError, _LARGEST_MARK))
+    except (InputError, ValueError, RecursionError):
         return None
     return content.get("schema") if isinstance(content, dict) else None

@@ -60,7 +60,7 @@ def free_rotor_vehicle() -> Vehicle:
     """
     n = omnimorph().n_rotors
     return omnimorph().replace(
-        rotor_position=np.zeros((n, 3)), drag_coefficient=np.full(n, 1e-300), rotor_spin=np.ones(n)
+        rotor_position=np.zeros((n, 3)), drag_coefficient=np.full(n, 1e-30), rotor_spin=np.ones(n)
     )
 
 

@@ -7,13 +7,25 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
-from omnimorph.simulation.effects.effect import FACTOR, SIZE, TIME, Effect, PlantBuild, own_numbers
+from omnimorph.simulation.effects.effect import (
+    FACTOR,
+    FACTORS,
+    SIZE,
+    TIME,
+    TIMES,
+    Effect,
+    PlantBuild,
+    own_numbers,
+)
 
 __all__ = ["CommandDelay", "MeasurementNoise", "ModelMismatch"]
+
+_NOISE = Range(0.0, 1e9)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,7 +33,7 @@ class CommandDelay(Effect):
     """A command reaches the actuators `time` (s, a multiple of the physics step) late."""
 
     kind: ClassVar[str] = "command-delay"
-    time: float = quantity("ms", TIME, at_least=0.0)
+    time: float = quantity("ms", TIMES, TIME)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the delay in steps."""
@@ -52,10 +64,10 @@ class MeasurementNoise(Effect):
     """
 
     kind: ClassVar[str] = "measurement-noise"
-    position: float = quantity("mm", SIZE, at_least=0.0, default=0.0)
-    velocity: float = quantity("cm_per_s", SIZE, at_least=0.0, default=0.0)
-    attitude: float = quantity("mrad", SIZE, at_least=0.0, default=0.0)
-    rate: float = quantity("mrad_per_s", SIZE, at_least=0.0, default=0.0)
+    position: float = quantity("mm", _NOISE, SIZE, default=0.0)
+    velocity: float = quantity("cm_per_s", _NOISE, SIZE, default=0.0)
+    attitude: float = quantity("mrad", _NOISE, SIZE, default=0.0)
+    rate: float = quantity("mrad_per_s", _NOISE, SIZE, default=0.0)
     filtered: bool = False
 
     @property
@@ -84,10 +96,10 @@ class ModelMismatch(Effect):
     """
 
     kind: ClassVar[str] = "model-mismatch"
-    mass: float = quantity("", FACTOR, above=0.0, default=1.0)
-    inertia: float = quantity("", FACTOR, above=0.0, default=1.0)
-    thrust_coefficient: float = quantity("", FACTOR, above=0.0, default=1.0)
-    drag_coefficient: float = quantity("", FACTOR, above=0.0, default=1.0)
+    mass: float = quantity("", FACTORS, FACTOR, default=1.0)
+    inertia: float = quantity("", FACTORS, FACTOR, default=1.0)
+    thrust_coefficient: float = quantity("", FACTORS, FACTOR, default=1.0)
+    drag_coefficient: float = quantity("", FACTORS, FACTOR, default=1.0)
 
     def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
         """Return the vehicle with every factor applied."""

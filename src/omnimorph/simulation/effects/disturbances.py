@@ -7,12 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
 from omnimorph.errors import ScenarioError
 from omnimorph.simulation.effects.effect import Effect, PlantBuild
 
 __all__ = ["ConstantWrench", "SineWrench", "WrenchProfile"]
 
+_WRENCH = Range(-1e9, 1e9)
 _THREE = "three finite numbers"
 _PROFILE = "rows of three finite numbers, one for each time"
 
@@ -22,8 +24,8 @@ class ConstantWrench(Effect):
     """A constant force (N, in W) and torque (N m, in B) push at the centre of mass."""
 
     kind: ClassVar[str] = "constant-wrench"
-    force: tuple[float, ...] = quantity("N", _THREE, length=3, default=(0.0, 0.0, 0.0))
-    torque: tuple[float, ...] = quantity("Nm", _THREE, length=3, default=(0.0, 0.0, 0.0))
+    force: tuple[float, ...] = quantity("N", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
+    torque: tuple[float, ...] = quantity("Nm", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
 
     def add_to(self, plant: PlantBuild) -> None:
         """Add the wrench to those already there."""
@@ -45,10 +47,10 @@ class SineWrench(Effect):
     """
 
     kind: ClassVar[str] = "sine-wrench"
-    force: tuple[float, ...] = quantity("N", _THREE, length=3, default=(0.0, 0.0, 0.0))
-    torque: tuple[float, ...] = quantity("Nm", _THREE, length=3, default=(0.0, 0.0, 0.0))
-    frequency: float = quantity("Hz", "a positive number of hertz", above=0.0)
-    phase: float = quantity("deg", "a finite number of degrees", default=0.0)
+    force: tuple[float, ...] = quantity("N", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
+    torque: tuple[float, ...] = quantity("Nm", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
+    frequency: float = quantity("Hz", Range(1e-6, 1e6), "a positive number of hertz")
+    phase: float = quantity("deg", Range(-1e5, 1e5), "a finite number of degrees", default=0.0)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the swinging wrench."""
@@ -69,9 +71,11 @@ class WrenchProfile(Effect):
     """
 
     kind: ClassVar[str] = "wrench-profile"
-    times: tuple[float, ...] = quantity("s", "finite numbers of seconds, increasing")
-    force: tuple[tuple[float, ...], ...] = quantity("N", _PROFILE)
-    torque: tuple[tuple[float, ...], ...] | None = quantity("Nm", _PROFILE, default=None)
+    times: tuple[float, ...] = quantity(
+        "s", Range(-1e6, 1e6), "finite numbers of seconds, increasing"
+    )
+    force: tuple[tuple[float, ...], ...] = quantity("N", _WRENCH, _PROFILE)
+    torque: tuple[tuple[float, ...], ...] | None = quantity("Nm", _WRENCH, _PROFILE, default=None)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the profile."""

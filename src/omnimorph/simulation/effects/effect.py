@@ -6,17 +6,21 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from omnimorph import _core
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["FACTOR", "SIZE", "TIME", "Effect", "PlantBuild", "own_numbers"]
+__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "own_numbers"]
 
 # What a message says is allowed.
 TIME = "a number of milliseconds, not negative"
 SIZE = "a number, not negative"
 FACTOR = "a positive factor"
+
+TIMES = Range(0.0, 1e6)  # ms
+FACTORS = Range(1e-6, 1e6)
 
 
 class PlantBuild(NamedTuple):

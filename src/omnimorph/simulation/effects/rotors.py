@@ -7,12 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.interference import WAKE_MODELS, WakeModel, stacked_pairs
 from omnimorph.protocols import FloatArray
-from omnimorph.simulation.effects.effect import SIZE, TIME, Effect, PlantBuild, own_numbers
+from omnimorph.simulation.effects.effect import SIZE, TIME, TIMES, Effect, PlantBuild, own_numbers
 from omnimorph.units import from_SI
 
 __all__ = [
@@ -37,8 +38,8 @@ class RotorLag(Effect):
     """
 
     kind: ClassVar[str] = "rotor-lag"
-    up: float | None = quantity("ms", TIME, at_least=0.0, default=None)
-    down: float | None = quantity("ms", TIME, at_least=0.0, default=None)
+    up: float | None = quantity("ms", TIMES, TIME, default=None)
+    down: float | None = quantity("ms", TIMES, TIME, default=None)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set both time constants of every rotor."""
@@ -57,7 +58,9 @@ class SpeedLimits(Effect):
     """Rotors turn no faster than ±`largest` (rad/s), or than the vehicle's own limits."""
 
     kind: ClassVar[str] = "speed-limits"
-    largest: float | None = quantity("Hz", "a positive number of hertz", above=0.0, default=None)
+    largest: float | None = quantity(
+        "Hz", Range(1e-3, 1e5), "a positive number of hertz", default=None
+    )
 
     def of_rotors(self, vehicle: Vehicle) -> tuple[FloatArray, FloatArray]:
         """Return the least and the largest speeds, (n,) each, rad/s.
@@ -95,8 +98,8 @@ class DeadBand(Effect):
     """
 
     kind: ClassVar[str] = "dead-band"
-    smallest: float | None = quantity("Hz", SIZE, at_least=0.0, default=None)
-    reversal_time: float = quantity("ms", TIME, at_least=0.0, default=0.0)
+    smallest: float | None = quantity("Hz", Range(0.0, 1e5), SIZE, default=None)
+    reversal_time: float = quantity("ms", TIMES, TIME, default=0.0)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the band of every rotor."""
@@ -124,7 +127,7 @@ class Effectiveness(Effect):
 
     kind: ClassVar[str] = "effectiveness"
     share: float | tuple[float, ...] = quantity(
-        "", "a share of the thrust, or one for each rotor, none negative", at_least=0.0
+        "", Range(0.0, 1e3), "a share of the thrust, or one for each rotor, none negative"
     )
 
     def add_to(self, plant: PlantBuild) -> None:

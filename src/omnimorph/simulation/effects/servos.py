@@ -7,8 +7,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
-from omnimorph.simulation.effects.effect import TIME, Effect, PlantBuild, own_numbers
+from omnimorph.simulation.effects.effect import TIME, TIMES, Effect, PlantBuild, own_numbers
 
 __all__ = ["ServoLag", "ServoRateLimit"]
 
@@ -18,7 +19,7 @@ class ServoLag(Effect):
     """Tilt follows its command with a first-order lag of `time_constant` (s; the vehicle's own)."""
 
     kind: ClassVar[str] = "servo-lag"
-    time_constant: float | None = quantity("ms", TIME, at_least=0.0, default=None)
+    time_constant: float | None = quantity("ms", TIMES, TIME, default=None)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the time constant of every servo."""
@@ -35,7 +36,7 @@ class ServoRateLimit(Effect):
     """Tilt moves at most at `rate` (rad/s; the vehicle's own)."""
 
     kind: ClassVar[str] = "servo-rate-limit"
-    rate: float | None = quantity("deg_per_s", "a positive number", above=0.0, default=None)
+    rate: float | None = quantity("deg_per_s", Range(1e-3, 1e6), "a positive number", default=None)
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the rate of every servo."""

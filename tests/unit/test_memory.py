@@ -161,8 +161,8 @@ sphere_directions(10**9)""",
 from omnimorph.analysis.hover import hover_map, sphere_directions
 hover_map(om.load_vehicle("omnimorph"), sphere_directions(20_000), np.zeros(20_000))""",
     "poses": """
-with open("poses.csv", "wb") as file:
-    file.truncate(10**10)
+Path("poses.csv").write_text("0" * 30_000_000)
+resource.setrlimit(resource.RLIMIT_AS, (most - 8 * 10**8, most))
 SampledReference.from_csv("poses.csv")""",
     "reproduction": """
 from omnimorph.studies.reproduction import Plan, reproduce

@@ -203,7 +203,7 @@ def _mean_of_last_second(run: Run, values: FloatArray) -> float:
 def _unproven_steps(run: Run, rows: int) -> int:
     """Return how many control steps were not proven; where nothing was decided there is none."""
     flown = run.provenance
-    every = max(round(flown.control_period / flown.physics_step), 1)
+    every = max(round(min(flown.control_period / flown.physics_step, len(run.time))), 1)
     decided = rows - 1 if run.outcome.name == "COMPLETED" else rows
     single = '"precision": "float32"' in flown.scenario_text
     proof = PROOF_IN_SINGLE_PRECISION if single else PROOF

@@ -184,7 +184,7 @@ class FlightPage:
     def _forget_followed(self) -> None:
         with self._lock:
             self._followed = None
-            self._show(charts=False)
+            self._show(numbers=False, charts=False)  # the time stays, which may be on its way here
 
     def _change_shown(self) -> None:
         with self._lock, self._server.atomic():

@@ -17,7 +17,7 @@ from tests.fuzz.kinds import KINDS
 import omnimorph
 
 SEEDS = Path(__file__).parent / "seeds"
-CASES = dict.fromkeys(KINDS, 2000) | {"random-vehicle": 120}
+CASES = dict.fromkeys(KINDS, 2000) | {"random-vehicle": 80}
 
 
 def fuzzed(folder: Path, *words: object) -> list[str]:

@@ -144,7 +144,7 @@ class SteppedFlight:
             other.lateral_force,
         )
         self.core.change_controller(settings)
-        self.tell("controller", scenario=other.name)
+        self.tell("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
 
     def set_effectiveness(self, share: FloatArray) -> None:
         """Let each rotor give a share of its thrust from now on: 1 what the plant gives, 0 none.

@@ -71,7 +71,7 @@ def doors() -> Iterator[Any]:
             thing = getattr(room, name)
             if not inspect.isfunction(thing) and thing not in (om.Uniform, om.Normal):
                 continue
-            for argument in NUMBERS & inspect.signature(thing).parameters.keys():
+            for argument in sorted(NUMBERS & inspect.signature(thing).parameters.keys()):
                 yield pytest.param(thing, argument, id=f"{name}-{argument}")
 
 

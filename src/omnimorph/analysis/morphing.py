@@ -37,7 +37,7 @@ __all__ = [
     "solved_mass_break_even",
 ]
 
-_SHARES = Range(0.0, 1e3)
+_SHARES = Range(0.0, 1e100)
 
 
 def mass_break_even(tilt_fixed: ArrayLike) -> FloatArray | float:
@@ -158,7 +158,7 @@ def break_even_tilt(
     Raises
     ------
     InputError
-        If the share is not a number from 0 to 1000.
+        If the share is not a number from 0 to 1e100.
 
     Examples
     --------

@@ -138,7 +138,7 @@ def test_a_folder_of_others_is_refused(program: Program, tmp_path: Path) -> None
         (
             ["--tilt", "steep"],
             'the command line: --tilt is "steep", but it must be a number of degrees, or one for '
-            "each servo with commas between.",
+            "each servo with commas between, from -1e5 to 1e5.",
         ),
         (["--tilt", "1,2"], "vehicle omnimorph: --tilt is [1.0, 2.0], but it must be one angle."),
         (["--tilt", "nan"], 'the command line: --tilt is "nan", but it must be a number of'),

@@ -49,8 +49,8 @@ def test_gains_for_programs(program: Program) -> None:
     ("words", "told"),
     [
         (["omnimorph", "--delay-ms", "600"], "delay is 0.6, but it must be at most"),
-        (["omnimorph", "--delay-ms", "-1"], "delay is -0.001, but it must be a number"),
-        (["omnimorph", "--period-ms", "0"], "control_period is 0.0, but it must be a positive"),
+        (["omnimorph", "--delay-ms", "-1"], '--delay-ms is "-1", but it must be a number'),
+        (["omnimorph", "--period-ms", "0"], '--period-ms is "0", but it must be a number of'),
         (["omnimorph", "--period-ms", "soon"], '--period-ms is "soon", but it must be a number of'),
         (["omnimorf"], "omnimorph"),
         (["heavy.toml"], "it cannot hover level"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import socket
@@ -13,6 +14,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph.cli.main import main
+from omnimorph.design import vehicle_text
 from omnimorph.design.input_files import MEGABYTE
 from omnimorph.reference.samples import SampledReference
 from omnimorph.studies.flight_log import FlightLog
@@ -101,6 +103,29 @@ def test_what_is_no_file_is_told(
     if name != "/dev/zero" or words[0] != "view":  # /dev/zero.nc is not there
         assert BAD[name] in line
     assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["analyze", "{}.toml", "--out", "{}"],
+        ["compare", "{}.toml", "--out", "{}"],
+        ["fit", "{}.csv", "--out", "{}"],
+        ["fly", "{}-scenario.toml", "--vehicle", "{}.toml", "--out", "{}"],
+    ],
+    ids=" ".join,
+)
+def test_names_that_are_no_text_are_as_good_as_others(
+    folder: Path, words: list[str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    name = os.fsdecode(b"\xff\xfe")
+    Path("good.csv").rename(f"{name}.csv")
+    Path(f"{name}.toml").write_text(vehicle_text(om.load_vehicle("quadrotor")))
+    Path(f"{name}-scenario.toml").write_text('schema = 1\nname = "a"\nbase = "tour"\n')
+    assert main([*(word.format(name) for word in words), "--json"]) == 0
+    json.loads(capfd.readouterr().out)
+    for file in Path(name).rglob("*.json"):
+        json.loads(file.read_text(encoding="utf-8"))
 
 
 @pytest.mark.parametrize("name", ["pipe.toml", "folder.toml", "/dev/zero", "a\0b.toml", 3, None])

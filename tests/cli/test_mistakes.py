@@ -80,7 +80,8 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
         ("reproduce --seeds 0", 'the command line: --seeds is "0", but it must be a positive '),
         ("reproduce --seeds 99999999999", 'the command line: --seeds is "99999999999", but it '),
         ("analyze omnimorph --beyond-limits --tilt 1e300", 'the command line: --tilt is "1e300"'),
-        ("gains omnimorph --period-ms 1e154", "the loop: control_period is 1e+151, but it "),
+        ("gains omnimorph --period-ms 1e154", 'the command line: --period-ms is "1e154", but it '
+         "must be a number of milliseconds, from 1e-06 to 10000."),
         ("fly hover --out=", 'the command line: --out is "", but it must be the name of a '),
         ("fly hover --out taken", "taken/run.nc: it cannot be written, because it is a folder."),
     ],

@@ -70,7 +70,7 @@ def test_every_number_says_that_it_is_assumed(
         (["mine", "--rotors", "7"], "an even number from 6 to 18"),
         (["mine", "--rotors", "20"], "an even number from 6 to 18"),
         (["mine", "--rotors", "2", "--kind", "independent"], "an even number from 4 to 18"),
-        (["mine", "--rotors", "six"], "invalid int value"),
+        (["mine", "--rotors", "six"], '--rotors is "six", but it must be a positive'),
         (["mine", "--kind", "other"], "invalid choice"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,13 +97,15 @@ def test_a_command_of_the_wrong_shape_is_the_users_mistake(
         om.fly(short_scenario(), controller=lambda *_: om.Command(thrust, tilt))
 
 
-@pytest.mark.parametrize("answer", [None, 1.0, (np.zeros(8),), ("full", "up")])
+@pytest.mark.parametrize(
+    "answer", [None, 1.0, (np.zeros(8),), ("full", "up"), ([10**400] * 8, [0])]
+)
 def test_an_answer_that_is_no_command_is_the_users_mistake(answer: object) -> None:
     with pytest.raises(om.InputError, match="command"):
         om.fly(short_scenario(), controller=lambda *_: answer)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("push", [np.zeros(3), np.zeros((6, 1)), None, "hard"])
+@pytest.mark.parametrize("push", [np.zeros(3), np.zeros((6, 1)), None, "hard", [10**400] * 6])
 def test_a_disturbance_that_is_no_wrench_is_the_users_mistake(push: object) -> None:
     with pytest.raises(om.InputError, match="disturbance"):
         om.fly(short_scenario(), disturbance=lambda *_: push)  # type: ignore[arg-type]
@@ -118,7 +121,7 @@ def test_a_disturbance_that_is_not_finite_ends_the_flight_and_keeps_it() -> None
     assert np.isfinite(run.p_WB[:-1]).all()
 
 
-@pytest.mark.parametrize("point", [None, 1.0, (np.zeros(3), np.eye(3))])
+@pytest.mark.parametrize("point", [None, 1.0, (np.zeros(3), np.eye(3)), ("here",) * 6])
 def test_a_reference_that_gives_no_motion_is_the_users_mistake(point: object) -> None:
     class Broken(Standing):
         def __call__(self, time: float) -> om.Desired:
@@ -128,12 +131,24 @@ def test_a_reference_that_gives_no_motion_is_the_users_mistake(point: object) ->
         om.fly(short_scenario(), reference=Broken())
 
 
-@pytest.mark.parametrize("duration", [0.0, -1.0, np.nan, np.inf])
-def test_a_reference_without_a_duration_is_the_users_mistake(duration: float) -> None:
+@pytest.mark.parametrize(
+    "duration", [0.0, -1.0, np.nan, np.inf, None, "long", 1j, np.ones(2), 10**400]
+)
+def test_a_reference_without_a_duration_is_the_users_mistake(duration: Any) -> None:
     way = Standing()
     way.duration = duration
     with pytest.raises(om.InputError, match="duration"):
         om.fly(short_scenario(), reference=way)
+
+
+@pytest.mark.parametrize("rows", [None, "all", np.zeros((2, 24)), np.zeros((601, 7))])
+def test_samples_that_are_no_motion_are_the_users_mistake(rows: object) -> None:
+    class Sampled(Standing):
+        def sample(self, times: FloatArray) -> object:
+            return rows
+
+    with pytest.raises(om.InputError, match=r"shape of its samples is .*\(601, 24\)"):
+        om.fly(short_scenario(), reference=Sampled())
 
 
 @pytest.mark.parametrize(("seed", "flight"), [(-1, 0), (2**64, 0), (0, -1), (0, 2**32), (0.5, 0)])

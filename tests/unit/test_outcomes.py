@@ -15,6 +15,7 @@ from tests.unit.test_metrics import resting_run, turns_about
 
 import omnimorph as om
 from omnimorph.cli.main import main
+from omnimorph.design import vehicle_text
 from omnimorph.errors import ScenarioError
 from omnimorph.results.run import COLUMNS, Outcome
 
@@ -122,6 +123,35 @@ def test_a_position_that_was_not_followed_is_told() -> None:
     assert away.outcome_sentence == f"{told}reference over the last second."
     unknown = replace(away, provenance=replace(away.provenance, scenario_text="told by hand"))
     assert unknown.outcome_sentence == "The flight was completed."
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"controller": 3}',
+        '{"controller": [], "events": 3, "lost_beyond_m": "far"}',
+        '{"lost_beyond_m": null, "events": ["a push"]}',
+        '{"lost_beyond_m": [1.0], "controller": {"attitude_gives_way": "yes"}}',
+        '["controller"]',
+        "[" * 100_000,
+    ],
+)
+def test_a_scenario_of_another_writer_changes_no_sentence(text: str, tmp_path: Path) -> None:
+    run = turned_run(31.0)
+    told = replace(run.provenance, scenario_text=text, vehicle_text=vehicle_text(run.vehicle))
+    replace(run, provenance=told).save(tmp_path / "run.nc")
+    assert om.load_run(tmp_path / "run.nc").outcome_sentence == run.outcome_sentence
+
+
+def test_the_attitude_may_give_way_from_a_change_of_the_controller_on() -> None:
+    upside_down = replace(HOVER, reference=Turned(np.diag([1.0, -1.0, -1.0])))
+    flight = om.SteppedFlight(upside_down)
+    flight.change_controller(replace(upside_down, attitude_gives_way=True))
+    while not flight.is_over:
+        flight.step()
+    assert flight.as_run().metrics.attitude_error_last_second_rad > math.radians(30.0)
+    assert flight.as_run().outcome_sentence == Outcome.COMPLETED.value
+    assert "was not followed" in om.fly(upside_down).outcome_sentence
 
 
 IGNORED = """

@@ -12,9 +12,10 @@ import math
 
 import numpy as np
 
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import OmnimorphError
+from omnimorph.errors import OmnimorphError, VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
@@ -42,6 +43,11 @@ def reach_over_tilts(
     (D,) array, N
         0 where even `beside` alone cannot be made.
 
+    Raises
+    ------
+    VehicleError
+        If the directions, or the force beside them, are none.
+
     Notes
     -----
     A sector that spans more than half a turn but not a whole one is counted with the chord that
@@ -53,13 +59,19 @@ def reach_over_tilts(
     two rotors whose arms lie along y, about 2 f_max, and upwards with all four.
     """
     vehicle = as_vehicle(vehicle)
+    where = f"vehicle {vehicle.name}"
+    ways, other = as_numbers(directions), as_numbers(np.zeros(3) if beside is None else beside)
+    if ways.ndim != 2 or ways.shape[1] != 3 or not np.isfinite(ways).all():
+        raise VehicleError.at(where, "directions", directions, "rows of three finite numbers")
+    if other.shape != (3,) or not np.isfinite(other).all():
+        raise VehicleError.at(where, "beside", beside, "three finite numbers, in N")
     wrenches, groups = _corners(vehicle)
-    made = np.zeros(6) if beside is None else np.concatenate([beside, np.zeros(3)])
+    made = np.concatenate([other, np.zeros(3)])
     if _most(vehicle, wrenches, groups, made, np.zeros(6)) is None:
-        return np.zeros(len(directions))
+        return np.zeros(len(ways))
     found = [
         _most(vehicle, wrenches, groups, made, np.concatenate([direction, np.zeros(3)]))
-        for direction in directions
+        for direction in ways
     ]
     return np.array([one or 0.0 for one in found])
 

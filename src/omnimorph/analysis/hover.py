@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.analysis.effort import Effort, drag_power, least_effort
 from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import VehicleError
+from omnimorph.errors import InputError, VehicleError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.allocation import rotor_speed
 from omnimorph.model.dynamics import GRAVITY
@@ -186,7 +187,7 @@ def hover_map(
     """
     vehicle = as_vehicle(vehicle)
     directions = _as_directions(vehicle, up)
-    angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
+    angles = np.atleast_1d(as_numbers(tilts))
     points = len(directions) * len(angles)
     refuse_more_than_memory(f"a hover map: {points} points", 8 * points, "ask for fewer")
     power = np.empty((len(directions), len(angles)))
@@ -224,7 +225,14 @@ def sphere_directions(count: int) -> FloatArray:
     A Fibonacci lattice: heights in equal steps, each turned on by the golden angle (R. Swinbank,
     R. J. Purser, "Fibonacci grids", Q. J. R. Meteorol. Soc. 132, 2006). Each stands for the same
     solid angle, 4π/count.
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number of them; `TooLargeError` if memory does not hold them.
     """
+    if not isinstance(count, int | np.integer) or not 1 <= count <= 2**53:
+        raise InputError.at("sphere_directions", "count", count, "a whole number from 1 to 2**53")
     refuse_more_than_memory(f"{count} directions", 80 * count, "ask for fewer")
     k = np.arange(count)
     height = 1.0 - (2.0 * k + 1.0) / count
@@ -239,14 +247,14 @@ def _weight(vehicle: Vehicle, up: FloatArray) -> FloatArray:
 
 
 def _as_attitude(vehicle: Vehicle, R_WB: ArrayLike) -> FloatArray:
-    R = np.asarray(R_WB, dtype=np.float64)
+    R = as_numbers(R_WB)
     if R.shape == (3, 3) and np.isfinite(R).all() and are_rotations(R[None]).all():
         return R
     raise VehicleError.at(f"vehicle {vehicle.name}", "R_WB", R_WB, ROTATION)
 
 
 def _as_directions(vehicle: Vehicle, up: ArrayLike) -> FloatArray:
-    directions = np.asarray(up, dtype=np.float64)
+    directions = as_numbers(up)
     if directions.ndim == 2 and directions.shape[1] == 3 and np.isfinite(directions).all():
         length = np.linalg.norm(directions, axis=1)
         if (length > 0.0).all():

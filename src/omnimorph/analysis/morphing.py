@@ -18,7 +18,9 @@ from numpy.typing import ArrayLike
 
 from omnimorph.analysis.effort import drag_power
 from omnimorph.analysis.wakes import hover_in_wakes
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.ranges import Range
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, VehicleError
 from omnimorph.model.allocation import allocation_matrix
@@ -34,6 +36,8 @@ __all__ = [
     "mechanism_share",
     "solved_mass_break_even",
 ]
+
+_SHARES = Range(0.0, 1e100)
 
 
 def mass_break_even(tilt_fixed: ArrayLike) -> FloatArray | float:
@@ -61,7 +65,7 @@ def mass_break_even(tilt_fixed: ArrayLike) -> FloatArray | float:
     >>> round(mass_break_even(math.radians(20.0)), 4), round(mass_break_even(math.radians(30.0)), 4)
     (0.0642, 0.1547)
     """
-    angle = np.asarray(tilt_fixed, dtype=np.float64)
+    angle = as_numbers(tilt_fixed)
     if not (np.abs(angle) < 0.5 * math.pi).all():  # also refuses what is not a number
         raise InputError.at("mass_break_even", "tilt_fixed", tilt_fixed, "within ±π/2 rad")
     share = 1.0 / np.cos(angle) - 1.0
@@ -103,7 +107,7 @@ def mass_break_even_of(
     untilted = _level_power(vehicle, 0.0, wakes)
     if not math.isfinite(untilted):
         raise VehicleError(f"vehicle {vehicle.name}: it cannot hover level untilted.")
-    tilts = np.atleast_1d(np.asarray(tilt_fixed, dtype=np.float64))
+    tilts = np.atleast_1d(as_numbers(tilt_fixed))
     powers = np.array([_level_power(vehicle, float(tilt), wakes) for tilt in tilts])
     shares: FloatArray = (powers / untilted) ** (2.0 / 3.0) - 1.0
     return shares
@@ -151,11 +155,18 @@ def break_even_tilt(
     The smallest root of ``mass_break_even_of(vehicle, α) = share`` in 0 < α < 90°, found between
     samples five degrees apart; None if there is none.
 
+    Raises
+    ------
+    InputError
+        If the share is not a number from 0 to 1e100.
+
     Examples
     --------
     OmniMorph with its own 16.58 %: 30.93° in still air, 40.44° in the rotors' wakes.
     """
     vehicle = as_vehicle(vehicle)
+    if share not in _SHARES:
+        raise InputError.at("break_even_tilt", "share", share, f"a number {_SHARES}")
     from scipy.optimize import brentq
 
     aim = _level_power(vehicle, 0.0, wakes) * (1.0 + share) ** 1.5

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.analysis.facets import Facets, deepest_point, facets_of, middle_point
+from omnimorph.arrays import as_numbers
 from omnimorph.errors import OmnimorphError
 from omnimorph.protocols import FloatArray
 
@@ -302,7 +303,7 @@ class Polytope:
         return off > _THIN * self.size
 
     def _as_vector(self, value: ArrayLike) -> FloatArray:
-        vector = np.asarray(value, dtype=np.float64)
+        vector = as_numbers(value)
         if vector.shape != (self.n_coordinates,) or not np.isfinite(vector).all():
             raise OmnimorphError(f"{value!r} is not a vector of {self.n_coordinates} numbers.")
         return vector

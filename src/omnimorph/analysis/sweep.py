@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph.analysis.hover import hover
 from omnimorph.analysis.scaling import checked_tilt, rank_of, whitened
 from omnimorph.analysis.wrench_set import force_set
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.protocols import FloatArray
 
@@ -57,7 +58,7 @@ def tilt_sweep(vehicle: VehicleLike, tilts: ArrayLike, *, beyond_limits: bool = 
         If a tilt cannot be used.
     """
     vehicle = as_vehicle(vehicle)
-    angles = np.atleast_1d(np.asarray(tilts, dtype=np.float64))
+    angles = np.atleast_1d(as_numbers(tilts))
     ranks = np.empty(len(angles), dtype=np.int64)
     columns = np.empty((5, len(angles)))
     for k, tilt in enumerate(angles):

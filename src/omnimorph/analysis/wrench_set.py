@@ -23,6 +23,7 @@ from omnimorph.analysis.scaling import (
     rank_of,
     thrust_box,
 )
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
@@ -231,7 +232,7 @@ class _Hull:
 
 
 def _as_vector(vehicle: Vehicle, key: str, value: ArrayLike, unit: str) -> FloatArray:
-    vector = np.asarray(value, dtype=np.float64)
+    vector = as_numbers(value)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         allowed = f"three finite numbers, in {unit}"
         raise VehicleError.at(f"vehicle {vehicle.name}", key, value, allowed)

@@ -43,7 +43,7 @@ def angles_in_degrees(text: str) -> list[float] | float:
     except ValueError:
         angles = [math.nan]
     if not all(abs(angle) <= _LARGEST_ANGLE for angle in angles):
-        allowed = "a number of degrees, or one for each servo with commas between"
+        allowed = "a number of degrees, or one for each servo with commas between, from -1e5 to 1e5"
         raise InputError.at("the command line", "--tilt", text, allowed)
     return angles[0] if len(angles) == 1 else angles
 
@@ -55,16 +55,24 @@ def folder(text: str) -> Path:
     return Path(text)
 
 
-def milliseconds(option: str) -> Callable[[str], float]:
-    """Return a function that reads milliseconds as seconds, and names the option if it cannot.
+def milliseconds(option: str, least: float, most: float) -> Callable[[str], float]:
+    """Return a function that reads milliseconds within limits as seconds, and names the option.
 
     Examples
     --------
-    >>> milliseconds("--delay-ms")("20")
+    >>> milliseconds("--delay-ms", 0.0, 1e6)("20")
     0.02
     """
-    read = number_at_least(option, -math.inf, "a number of milliseconds")
-    return lambda text: 1e-3 * read(text)
+    allowed = f"a number of milliseconds, from {least:g} to {most:g}"
+    read = number_at_least(option, least, allowed)
+
+    def within(text: str) -> float:
+        value = read(text)
+        if value > most:
+            raise InputError.at("the command line", option, text, allowed)
+        return 1e-3 * value
+
+    return within
 
 
 def number_at_least(option: str, least: float, allowed: str) -> Callable[[str], float]:

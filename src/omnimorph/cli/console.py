@@ -42,8 +42,11 @@ class Answer(NamedTuple):
     complaint: str = ""
 
     def as_json(self) -> str:
-        """Return the data as JSON; null for numbers that are not finite, which JSON lacks."""
-        return json.dumps(_plain(self.data), indent=2, ensure_ascii=False, allow_nan=False)
+        """Return the data as JSON; null for numbers that are not finite, which JSON lacks.
+
+        In ASCII, so that a name comes through whole, whatever the terminal knows.
+        """
+        return json.dumps(_plain(self.data), indent=2, allow_nan=False)
 
 
 def _plain(value: Any) -> Any:

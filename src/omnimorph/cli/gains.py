@@ -27,14 +27,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--period-ms",
-        type=milliseconds("--period-ms"),
+        type=milliseconds("--period-ms", 1e-6, 1e4),
         default=0.004,
         metavar="MS",
         help="time between two commands (default: 4)",
     )
     parser.add_argument(
         "--delay-ms",
-        type=milliseconds("--delay-ms"),
+        type=milliseconds("--delay-ms", 0.0, 1e6),
         default=0.0,
         metavar="MS",
         help="delay anywhere in the loop (default: 0)",

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from omnimorph.cli import console
+from omnimorph.cli.arguments import positive_number
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.errors import InputError
 
@@ -20,7 +21,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     parser.add_argument("name", metavar="NAME", help="of the vehicle; the file is NAME.toml")
     parser.add_argument(
-        "--rotors", type=int, default=6, metavar="N", help="how many, on a circle (default: 6)"
+        "--rotors",
+        type=positive_number("--rotors"),
+        default=6,
+        metavar="N",
+        help="how many, on a circle (default: 6)",
     )
     parser.add_argument(
         "--kind",

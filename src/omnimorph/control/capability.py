@@ -13,6 +13,7 @@ from omnimorph.analysis.scaling import checked_tilt, searched_range
 from omnimorph.analysis.wrench_set import force_set, moment_set
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
+from omnimorph.model.core import as_tilt
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
@@ -60,8 +61,9 @@ def flown_tilts(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> list[FloatArra
 
     One servo is moved over its range (31 tilts of it). Several hover near `start_tilt`.
     """
+    start = as_tilt(vehicle, start_tilt)
     if vehicle.n_servos != 1:
-        return [checked_tilt(vehicle, start_tilt)]
+        return [checked_tilt(vehicle, start)]
     return [np.array([tilt]) for tilt in np.linspace(*searched_range(vehicle, False), _TILTS)]
 
 

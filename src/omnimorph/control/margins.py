@@ -11,6 +11,7 @@ from omnimorph.control.capability import capability
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
+from omnimorph.design.records import check_record
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
@@ -132,6 +133,7 @@ def stability_margins(
     [33.4, 25.2]
     """
     vehicle = as_vehicle(vehicle)
+    check_record("the loop", "gains", gains, TrackingGains)
     check_times(control_period, delay)
     tau, late = rotor_lag(vehicle), delay + control_period / 2.0
     stiffness = np.concatenate([gains.axes("position"), gains.axes("attitude")])

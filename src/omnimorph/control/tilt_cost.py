@@ -97,7 +97,7 @@ def _rows(name: str, numbers: ArrayLike, S: int | None, width: int | None) -> Fl
     place, shape = "cost_over_tilt", f"({S or 'S'}, {width or 'K'})"
     try:
         rows = np.asarray(numbers, dtype=np.float64)
-    except (TypeError, ValueError):  # a text, or rows of different lengths
+    except (TypeError, ValueError, OverflowError):  # a text, or rows of different lengths
         raise ScenarioError.at(place, name, numbers, f"an array of shape {shape}") from None
     if rows.ndim != 2 or S not in (None, rows.shape[0]) or width not in (None, rows.shape[1]):
         raise ScenarioError.at(place, f"{name}.shape", rows.shape, shape)

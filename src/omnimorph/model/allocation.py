@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
@@ -117,7 +118,7 @@ def as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:
     VehicleError
         If it is anything else.
     """
-    f = np.ascontiguousarray(thrust, dtype=np.float64)
+    f = as_numbers(thrust)
     if f.shape != (vehicle.n_rotors,) or not np.isfinite(f).all():
         allowed = f"one finite number of newtons for each of the {vehicle.n_rotors} rotors"
         raise VehicleError.at(f"vehicle {vehicle.name}", "thrust", thrust, allowed)

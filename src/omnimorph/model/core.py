@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.design.ranges import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
@@ -52,10 +53,7 @@ def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     VehicleError
         If they are not that many, or beyond what any servo turns, 1e5 degrees.
     """
-    try:
-        angles = np.asarray(tilt, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):  # a text, or rows of different lengths
-        angles = np.array([np.nan])
+    angles = as_numbers(tilt)
     if angles.ndim == 0:
         angles = np.full(vehicle.n_servos, float(angles))
     if angles.shape != (vehicle.n_servos,) or not (np.abs(angles) <= _LARGEST_TILT).all():
@@ -67,4 +65,4 @@ def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
 
 def state_row(*parts: ArrayLike) -> FloatArray:
     """Return the parts of a state or of a desired motion as one row of numbers."""
-    return np.concatenate([np.asarray(part, dtype=np.float64).reshape(-1) for part in parts])
+    return np.concatenate([as_numbers(part).reshape(-1) for part in parts])

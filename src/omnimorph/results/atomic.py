@@ -64,4 +64,5 @@ def write_text(path: str | Path, text: str) -> None:
         If it cannot be written.
     """
     with replacing(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        # A name that a file system has, and that is no UTF-8, is spelt out.
+        temporary.write_text(text, encoding="utf-8", errors="backslashreplace")

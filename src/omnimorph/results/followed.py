@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING, Any
 
@@ -29,27 +28,28 @@ def sentence_of(run: Run) -> str:
     said: str = run.outcome.value
     if run.outcome is not Outcome.COMPLETED:
         return said
-    far = _far_from_reference(run.metrics, _scenario_of(run))
+    far = _far_from_reference(run.metrics, run.provenance.scenario)
     return f"{said[:-1]}, but {' and '.join(far)} over the last second." if far else said
 
 
 def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]:
-    gives_way = scenario.get("controller", {}).get("attitude_gives_way", False)
+    """Return what was not followed; the scenario is text of a file, and may hold anything."""
+    lost_beyond = scenario.get("lost_beyond_m")
     attitude = metrics.attitude_error_last_second_rad
     position = metrics.position_error_last_second_m
     far = []
-    if attitude >= FAR_ATTITUDE and not gives_way:
+    if attitude >= FAR_ATTITUDE and not _gives_way(scenario):
         degrees = math.degrees(attitude)
         far.append(f"the attitude was not followed: it was {degrees:.0f}° from the reference")
-    if position >= scenario.get("lost_beyond_m", math.inf):
+    if isinstance(lost_beyond, int | float) and position >= lost_beyond:
         far.append(f"the position was not followed: it was {position:.3g} m from the reference")
     return far
 
 
-def _scenario_of(run: Run) -> dict[str, Any]:
-    """Return the scenario that a run tells of; nothing, if it tells none."""
-    try:
-        scenario = json.loads(run.provenance.scenario_text)
-    except json.JSONDecodeError:
-        return {}
-    return scenario if isinstance(scenario, dict) else {}
+def _gives_way(scenario: dict[str, Any]) -> bool:
+    """Tell whether the attitude gives way in the controller that was the last to fly."""
+    events = scenario.get("events")
+    taken = [scenario.get("controller"), *(events if isinstance(events, list) else [])]
+    tables = [table for table in taken if isinstance(table, dict)]
+    answers = [table["attitude_gives_way"] for table in tables if "attitude_gives_way" in table]
+    return bool(answers) and answers[-1] is True

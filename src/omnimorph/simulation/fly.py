@@ -22,6 +22,7 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.results.run import Run
+from omnimorph.simulation.loop_parts import whole_number
 from omnimorph.simulation.parts_in_flight import in_flight
 from omnimorph.simulation.plant import PlantLike, as_plant, as_state, send
 from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
@@ -115,9 +116,13 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
 
     Raises
     ------
+    ScenarioError
+        If an argument is not a whole number that a flight can have.
     TooLargeError
         If they are more than memory holds.
     """
+    for name, value, bits in (("seed", seed, 64), ("flight", flight, 32), ("steps", steps, 32)):
+        whole_number("measurement_noise", name, value, bits)
     refuse_more_than_memory(f"{steps} rows of noise", 96 * steps, "ask for fewer")
     return _core.measurement_normals(seed, flight, 0, steps)
 
@@ -196,5 +201,5 @@ def _numbers(what: str, answer: Any) -> FloatArray:
     """Return what a part written in Python answered as an array of float64."""
     try:
         return np.asarray(answer, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ScenarioError.at(what, "answer", answer, "numbers") from None

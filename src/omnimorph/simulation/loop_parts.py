@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.control.controller import core_settings
 from omnimorph.design.files import vehicle_text
 from omnimorph.design.vehicle import Vehicle
@@ -102,7 +103,8 @@ def physics_steps(scenario: Scenario) -> int:
     ScenarioError
         If it has no step or too many.
     """
-    steps = scenario.reference.duration / scenario.plant.physics_step
+    duration = as_numbers(scenario.reference.duration)
+    steps = float(duration) / scenario.plant.physics_step if duration.ndim == 0 else math.nan
     if not 0.5 < steps <= MOST_STEPS:
         allowed = f"from one physics step to {MOST_STEPS} of them"
         raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
@@ -185,7 +187,13 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
         return _core.Reference(reference.as_table(), nothing)
     times = np.arange(steps + 1) * scenario.plant.physics_step
     sample = getattr(reference, "sample", None)
-    rows = sample(times) if sample else np.array([_row(reference, t) for t in times.tolist()])
+    if callable(sample):
+        rows = as_numbers(sample(times))
+    else:
+        rows = np.array([_row(reference, t) for t in times.tolist()])
+    if rows.shape != (steps + 1, 24):
+        allowed = f"({steps + 1}, {24})"
+        raise ScenarioError.at("the reference", "shape of its samples", rows.shape, allowed)
     if not np.isfinite(rows).all():
         at = times[np.argmin(np.isfinite(rows).all(axis=1))]
         raise ScenarioError.at(scenario.name, f"reference at {at:g} s", "not finite", "finite")

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
@@ -188,7 +189,7 @@ class SimulatedPlant:
         self._steps_of_control = control_steps(plant)
         thrust = hover_thrust(vehicle, tilt)
         if start_thrust is not None:
-            thrust = np.ascontiguousarray(start_thrust, dtype=np.float64)
+            thrust = as_numbers(start_thrust)
         if thrust.shape != (vehicle.n_rotors,) or not np.isfinite(thrust).all():
             allowed = f"{vehicle.n_rotors} finite numbers of newtons"
             raise ScenarioError.at("plant", "start_thrust", start_thrust, allowed)
@@ -241,7 +242,7 @@ class SimulatedPlant:
         if self._flight.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
-        parts = [np.asarray(part, dtype=np.float64) for part in command]
+        parts = [as_numbers(part) for part in command]
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
         send(self._flight, Command(*parts), _NO_WRENCH)
@@ -251,7 +252,7 @@ class SimulatedPlant:
 
         `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
-        push = np.ascontiguousarray(disturbance, dtype=np.float64)
+        push = as_numbers(disturbance)
         if steps < 0 or push.shape != (6,) or not np.isfinite(push).all():
             allowed = "at least no step, under a wrench of six finite numbers"
             raise ScenarioError.at("plant", "steps and disturbance", (steps, push), allowed)
@@ -326,7 +327,7 @@ def send(flight: _core.Flight, command: Command, wrench_asked: FloatArray) -> bo
         except TypeError:  # not yet arrays of float64
             thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
             return flight.decide(thrust, tilt, wrench_asked)
-    except (TypeError, ValueError) as problem:
+    except (TypeError, ValueError, OverflowError) as problem:
         allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
         place = "the controller's command"
         raise ScenarioError(

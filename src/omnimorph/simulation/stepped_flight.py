@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.control.controller import core_settings
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
@@ -119,10 +120,19 @@ class SteppedFlight:
         ----------
         push : (6,) array
             A wrench from outside, held over the period: force (N, in W), torque (N m, in B).
+
+        Raises
+        ------
+        ScenarioError
+            If the push is not six finite numbers.
         """
+        wrench = as_numbers(push)
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            allowed = "six finite numbers, force in W and torque in B"
+            raise ScenarioError.at("the flight", "push", push, allowed)
         if self.core.step < self.steps:
             self.core.control(self.core.measure(), self.core.desired())
-        self.core.integrate(self.control_every, push)
+        self.core.integrate(self.control_every, wrench)
 
     def change_controller(self, scenario: ScenarioLike) -> None:
         """Go on with the controller of another scenario, from the last command.
@@ -144,7 +154,7 @@ class SteppedFlight:
             other.lateral_force,
         )
         self.core.change_controller(settings)
-        self.tell("controller", scenario=other.name)
+        self.tell("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
 
     def set_effectiveness(self, share: FloatArray) -> None:
         """Let each rotor give a share of its thrust from now on: 1 what the plant gives, 0 none.
@@ -154,7 +164,7 @@ class SteppedFlight:
         ScenarioError
             If they are not one share a rotor, finite and not negative.
         """
-        shares = np.ascontiguousarray(share, dtype=np.float64)
+        shares = as_numbers(share)
         n = self.scenario.vehicle.n_rotors
         if shares.shape != (n,) or not (np.isfinite(shares) & (shares >= 0.0)).all():
             allowed = f"{n} shares of the thrust, finite and not negative"

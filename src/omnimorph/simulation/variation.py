@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
@@ -57,7 +58,8 @@ class Uniform(Distribution):
     high: float
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low <= self.high):
+        limits = as_numbers((self.low, self.high))
+        if limits.shape != (2,) or not np.isfinite(limits).all() or limits[0] > limits[1]:
             raise ScenarioError.at("Uniform", "limits", (self.low, self.high), "finite, in order")
 
     def ppf(self, q: FloatArray) -> FloatArray:
@@ -79,7 +81,8 @@ class Normal(Distribution):
     deviation: float
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.mean) and 0 <= self.deviation < math.inf):
+        numbers = as_numbers((self.mean, self.deviation))
+        if numbers.shape != (2,) or not np.isfinite(numbers).all() or numbers[1] < 0.0:
             allowed = "a finite mean and a deviation that is not negative"
             raise ScenarioError.at("Normal", "numbers", (self.mean, self.deviation), allowed)
 
@@ -170,7 +173,16 @@ class Variation:
 
 
 def numbers_of_a_flight(vary: Mapping[str, Any], vehicle: Vehicle) -> int:
-    """Return how many numbers are drawn for each flight; unknown names count for nothing."""
+    """Return how many numbers are drawn for each flight; unknown names count for nothing.
+
+    Raises
+    ------
+    ScenarioError
+        If what is asked for is no mapping.
+    """
+    if not isinstance(vary, Mapping):
+        allowed = f"a mapping from some of {', '.join(VARIABLE)} to numbers"
+        raise ScenarioError.at("fly_many", "vary", vary, allowed)
     known = [_PARAMETERS[name] for name in vary if name in _PARAMETERS]
     return sum(parameter.width or vehicle.n_rotors for parameter in known)
 
@@ -186,9 +198,6 @@ def draw(
         If a parameter is not known or has no meaning for the plant, if an array does not have a row
         for each flight, or if a number makes an impossible vehicle; it names the flight.
     """
-    if not isinstance(vary, Mapping):
-        allowed = f"a mapping from some of {', '.join(VARIABLE)} to numbers"
-        raise ScenarioError.at("fly_many", "vary", vary, allowed)
     effects = {effect.kind for effect in scenario.plant.effects}
     drawn = {}
     for name, wanted in vary.items():
@@ -220,7 +229,7 @@ def _values(
             values = np.asarray(ppf(_shares(name, seed, first, shape)), dtype=np.float64)
         else:
             values = np.array(wanted, dtype=np.float64)
-    except (TypeError, ValueError):  # not numbers
+    except (TypeError, ValueError, OverflowError):  # not numbers
         values = np.zeros(0)
     if values.shape != shape:
         what = "a distribution (om.Uniform, om.Normal, scipy.stats)"

@@ -25,6 +25,7 @@ class Batch {
         const long flights = static_cast<long>(starts.size() / state_width);
         const int n = model.n_rotors, m = model.n_servos;
         if (flights < 1 || threads < 1) throw nb::value_error("a batch has a flight and a thread at least");
+        expect_times(settings.steps, settings.control_every, !recorded.empty());
         expect_size(starts, static_cast<std::size_t>(flights) * state_width, "starts");
         for (long k = 0; k < flights; ++k) starts_.push_back(motion_from(starts.data() + k * state_width));
         sums_.resize(starts_.size());

@@ -5,6 +5,7 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
 
 #include "bind.hpp"
 #include "flight_arrays.hpp"
@@ -47,13 +48,27 @@ struct BoundController {
     AnyController* operator->() const { return controller.get(); }
 };
 
-/// A flight in the same way, with what it reads and writes.
+/// A flight in the same way, with what it reads and writes; in one thread at a time.
 struct BoundFlight {
     nb::object reference;
     std::shared_ptr<Columns> columns;  // none, if it is not recorded
     std::unique_ptr<AnyFlight> flight;
-    AnyFlight* operator->() const { return flight.get(); }
+    bool is_away = false;  // flown while other threads of Python go on
+    AnyFlight* operator->() const {
+        if (is_away) throw std::runtime_error("the flight is being flown in another thread");
+        return flight.get();
+    }
 };
+
+void advance(BoundFlight& f, long most_steps) {
+    AnyFlight* const flight = f.operator->();
+    f.is_away = true;
+    {
+        const nb::gil_scoped_release others_go_on;
+        flight->advance(most_steps);
+    }
+    f.is_away = false;
+}
 
 /// Thrusts (K, n) and tilts (K, m) of K control steps, one after the other.
 std::tuple<Numbers, Numbers> replayed(const BoundController& controller, const Array& states, const Array& desired) {
@@ -97,6 +112,7 @@ BoundFlight new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& 
                        const Array& start, const Array& thrust, const Array& tilt, long steps, int control_every, double lost_beyond, std::uint64_t seed,
                        std::uint32_t flight, bool is_recorded) {
     const int n = model.n_rotors, m = model.n_servos;
+    expect_times(steps, control_every, is_recorded);
     BoundFlight bound{reference, {}, {}};
     if (is_recorded) bound.columns = std::make_shared<Columns>(static_cast<std::size_t>(steps + 1), n, m);
     const FlightParts parts{plant, model, controller, nb::cast<const Reference*>(reference), motion_from(start), command_from(thrust, tilt, n, m),
@@ -183,7 +199,7 @@ void bind_loop(nb::module_& m) {
         .value("NOT_FINITE", FlightStatus::not_finite)
         .value("DIVERGED", FlightStatus::diverged);
     nb::class_<BoundFlight>(m, "Flight")
-        .def("advance", [](const BoundFlight& f, long most_steps) { f->advance(most_steps); }, nb::call_guard<nb::gil_scoped_release>(), "most_steps"_a)
+        .def("advance", &advance, "most_steps"_a)
         .def("measure", [](const BoundFlight& f) { return as_array(f->measure()); })
         .def("motion", [](const BoundFlight& f) { return as_array(f->motion()); })
         .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })

@@ -13,6 +13,13 @@ inline AnyCommand command_from(const Array& thrust, const Array& tilt, int n, in
     return {per_rotor_from(thrust, n, "thrust"), per_servo_from(tilt, m, "tilt")};
 }
 
+/// Refuse a flight whose rows cannot be counted: its columns have one for each physics step and one more.
+inline void expect_times(long steps, int control_every, bool is_recorded) {
+    constexpr long most_recorded = 1L << 31;
+    if (steps < 0 || control_every < 1) throw nb::value_error("a flight has steps, and at least one between two commands");
+    if (is_recorded && steps > most_recorded) throw nb::value_error("a flight that is recorded has at most 2^31 steps");
+}
+
 /// The columns of a run. A flight writes into them through plain pointers, so they belong to it and not to Python, which
 /// gets arrays that it can read and that keep them alive.
 class Columns {

@@ -123,7 +123,13 @@ def test_header_compiles_on_its_own(header: Path, compiler_name: str, tmp_path: 
 def test_bindings_are_clean_with_clang(source: Path) -> None:
     """`make setup` builds them with the machine's own compiler, which is GCC where CI runs."""
     python = f"-isystem{sysconfig.get_paths()['include']}"
-    build = ("OMNIMORPH_ROTORS=8", "OMNIMORPH_SIMD=portable", "OMNIMORPH_REGISTER_BYTES=16")
+    build = (
+        "OMNIMORPH_ROTORS=8",
+        "OMNIMORPH_ROTOR_COUNTS=8,0",
+        "OMNIMORPH_SIMD=portable",
+        "OMNIMORPH_REGISTER_BYTES=16",
+        'OMNIMORPH_INSTRUCTION_SETS="portable"',
+    )
     flags = [python, f"-isystem{nanobind.include_dir()}", *(f"-D{name}" for name in build)]
     module = "-DOMNIMORPH_BATCH_MODULE=_batch_portable"
     run([compiler("clang++"), *STRICT, *flags, module, "-fsyntax-only", str(source)])

@@ -190,7 +190,7 @@ def test_the_program_finds_axes_as_good() -> None:
     found = find_axes(sphere_hubs(0.3), spins, float(vehicle.kappa[0]))
     kept = certificate(vehicle.rotor_axis, vehicle.rotor_position, spins, float(vehicle.kappa[0]))
     assert found.holds
-    assert found.condition_number == pytest.approx(kept.condition_number, rel=1e-6)
+    assert found.condition_number <= kept.condition_number * (1.0 + 1e-6)
 
 
 # --- PX4's convention -----------------------------------------------------------------------------

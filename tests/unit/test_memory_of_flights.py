@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import gc
+import threading
+from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import omnimorph as om
+from omnimorph import _core
 from omnimorph.protocols import FloatArray
+from omnimorph.reference.segments import Segment, SegmentReference
+from omnimorph.simulation.loop_parts import loop_parts
 
 HOVER = om.load_scenario("hover")
 
@@ -74,3 +80,54 @@ def test_what_varies_is_copied_before_the_threads_start() -> None:
     mass[:] = 5.0
     again = om.fly_many(HOVER, 3, vary={"mass": np.array([0.9, 1.0, 1.1])}, keep=[0])
     assert varied.runs[0].content_hash == again.runs[0].content_hash
+
+
+# --- calls that nobody should make, and that must not end the interpreter -----------------------
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"steps": -1},
+        {"steps": -(2**62)},
+        {"steps": 2**62},
+        {"control_every": 0},
+        {"steps": 2**31 + 1},
+    ],
+)
+def test_rows_that_cannot_be_counted_are_refused(changes: dict[str, int]) -> None:
+    parts = loop_parts(HOVER)._asdict() | changes
+    with pytest.raises(ValueError, match="a flight"):
+        _core.new_flight(**parts, seed=0, flight=0, is_recorded=True)
+
+
+def test_a_flight_that_another_thread_flies_answers_nobody_else() -> None:
+    """As many as get through fly one after the other, and the flight is as it would be alone."""
+    long = replace(HOVER, reference=SegmentReference(np.zeros(3), np.eye(3), [Segment(60.0)]))
+    flight = om.SteppedFlight(long)
+    refused = []
+
+    def fly() -> None:
+        while not flight.is_over:
+            flight.core.advance(1000)
+
+    def ask() -> None:
+        while not flight.is_over:
+            flight.core.motion()
+
+    def until_refused(call: Callable[[], None]) -> None:
+        while True:
+            try:
+                return call()
+            except RuntimeError as problem:
+                refused.append(str(problem))
+
+    threads = [
+        threading.Thread(target=until_refused, args=(call,)) for call in (fly, fly, fly, ask)
+    ]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert set(refused) == {"the flight is being flown in another thread"}
+    assert flight.as_run().content_hash == om.fly(long).content_hash

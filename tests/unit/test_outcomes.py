@@ -116,6 +116,20 @@ def test_an_attitude_that_was_not_followed_is_told() -> None:
     assert lost.outcome_sentence == Outcome.LOST.value
 
 
+def test_a_controller_of_the_user_may_let_the_attitude_give_way() -> None:
+    run = turned_run(90.0)
+    text = json.dumps({"controller": {"kind": "python", "name": "Mine"}, "lost_beyond_m": 0.5})
+    own = replace(run, provenance=replace(run.provenance, scenario_text=text))
+    assert own.outcome_sentence == "The flight was completed."
+
+
+def test_a_short_flight_is_judged_as_a_whole() -> None:
+    rows = 301
+    turned = turns_about([1.0, 0.0, 0.0], [math.radians(45.0)] * rows)
+    run = resting_run(rows, R_WB=turned)
+    assert run.outcome_sentence.endswith("it was 45° from the reference all the way.")
+
+
 def test_a_position_that_was_not_followed_is_told() -> None:
     run = turned_run(0.0)
     away = replace(run, p_WB=run.p_WB + np.array([0.6, 0.0, 0.0]))

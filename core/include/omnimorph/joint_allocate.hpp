@@ -30,13 +30,15 @@ template <class T> inline constexpr bool in_double = sizeof(Scalar<T>) == sizeof
 template <class T> inline constexpr double tolerance = in_double<T> ? 1e-11 : 1e-5;    // of the residual; proven is enough where J stops falling
 template <class T> inline constexpr double rounding = in_double<T> ? 1e-12 : 1e-4;     // of J, relative
 template <class T> inline constexpr double least_pivot = in_double<T> ? 1e-12 : 1e-5;  // of the scaled Hessian
+inline constexpr double beyond_any_bound = 1e4;  // rad
 inline constexpr double least_damping = 1e-3, first_damping = 0.1, most_damping = 1e8;
 inline constexpr int most_steps = 400;  // a few are usual
 inline constexpr int most_halvings = 12;
 
-/// A step x to lower x'Hx/2 + g'x within bounds: Newton's, but uphill to where H curves downwards it goes downhill (a pivot
-/// of LDL' counts by its size), until a bound stops it; again with that variable held. Those `active` at first stay.
-template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolution<T, M>& s) {
+/// A step x to lower x'Hx/2 + g'x within bounds, H of any sign: to the minimum over the variables that are free, and along a
+/// direction in which there is none, until a bound stops it; again with that variable held. Those `active` at first stay.
+/// A `damped` step takes no such direction, whose first part may lead uphill: a pivot of LDL' counts by its size.
+template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolution<T, M>& s, const Mask<T>& damped) {
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);
     Mask<T> arrived = T(0) < T(0);
     for (int k = 0; k <= qp.n && any(opposite(arrived)); ++k) {
@@ -44,10 +46,15 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
         PerVariable<T, M> unused{};
         box_qp::take_out(qp, s.active, K, unused);
         const PerVariable<T, M> gradient = box_qp::gradient(qp, s.x);
-        PerVariable<T, M> way;
+        PerVariable<T, M> way, downward;
+        Mask<T> unbounded = T(0) < T(0);
         for (int j = 0; j < qp.n; ++j) way[j] = select(s.active[j] == T(0), -gradient[j], T(0));
-        for (int j = 0; j < qp.n; ++j) {
-            const T inverse_pivot = T(1) / maximum(magnitude(K[j][j]), T(least_pivot<T>));
+        for (int j = 0; j < qp.n; ++j) {  // LDL', up to the first negative pivot
+            const T pivot = select(damped, magnitude(K[j][j]), K[j][j]);
+            const Mask<T> here = both(opposite(unbounded), pivot < T(-least_pivot<T>));
+            downward[j] = select(here, T(1), T(0));
+            unbounded = either(unbounded, here);
+            const T inverse_pivot = select(unbounded, T(0), T(1) / maximum(pivot, T(least_pivot<T>)));
             for (int i = qp.n - 1; i > j; --i) {  // from the last row on, so that those above are still as they were
                 const T share = K[i][j] * inverse_pivot;
                 for (int l = j + 1; l <= i; ++l) K[i][l] -= share * K[l][j];
@@ -56,10 +63,15 @@ template <class T, int M> inline void step_down(const BoxQp<T, M>& qp, BoxQpSolu
             }
             way[j] = way[j] * inverse_pivot;
         }
-        for (int j = qp.n - 1; j >= 0; --j)
+        T slope = T(0);
+        for (int j = qp.n - 1; j >= 0; --j) {
+            way[j] = select(unbounded, downward[j], way[j]);
             for (int i = j + 1; i < qp.n; ++i) way[j] -= K[i][j] * way[i];
+            slope += gradient[j] * way[j];
+        }
+        const T length = select(unbounded, select(slope > T(0), T(-beyond_any_bound), T(beyond_any_bound)), T(1));
         PerVariable<T, M> target, share;
-        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + way[j];
+        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + length * way[j];
         const T least = box_qp::feasible_share(qp, s.x, target, share);
         for (int j = 0; j < qp.n; ++j) {
             const Mask<T> stopped = both(share[j] <= least, opposite(arrived)), below = target[j] < s.x[j];
@@ -233,7 +245,7 @@ template <class T, int N> class JointAllocator : public Allocator<T, N> {
                 const Mask<T> low = both(p.tilt[j] <= lower_[j], p.gradient[j] > T(0)), high = both(p.tilt[j] >= upper_[j], p.gradient[j] < T(0));
                 step.active[j] = select(low, T(-1), select(high, T(1), T(0)));
             }
-            joint::step_down(qp, step);
+            joint::step_down(qp, step, damping > T(0));
             return step;
         }
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from omnimorph.results.metrics import Metrics
+from omnimorph.results.metrics import LAST_SECOND, Metrics
 
 if TYPE_CHECKING:
     from omnimorph.results.run import Run
@@ -20,8 +20,8 @@ def sentence_of(run: Run) -> str:
     """Return how a flight ended, in a sentence.
 
     One that was completed, but was far from its reference over the last second, says so: by 30° in
-    attitude, unless its controller lets the attitude give way, or by the scenario's
-    ``lost_beyond_m`` in position.
+    attitude, unless its controller lets the attitude give way or is one of the user's own, or by
+    the scenario's ``lost_beyond_m`` in position.
     """
     from omnimorph.results.run import Outcome
 
@@ -29,7 +29,8 @@ def sentence_of(run: Run) -> str:
     if run.outcome is not Outcome.COMPLETED:
         return said
     far = _far_from_reference(run.metrics, run.provenance.scenario)
-    return f"{said[:-1]}, but {' and '.join(far)} over the last second." if far else said
+    over = "over the last second" if run.time[-1] >= LAST_SECOND else "all the way"
+    return f"{said[:-1]}, but {' and '.join(far)} {over}." if far else said
 
 
 def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]:
@@ -47,9 +48,11 @@ def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]
 
 
 def _gives_way(scenario: dict[str, Any]) -> bool:
-    """Tell whether the attitude gives way in the controller that was the last to fly."""
+    """Tell whether the attitude may give way in the controller that was the last to fly."""
     events = scenario.get("events")
     taken = [scenario.get("controller"), *(events if isinstance(events, list) else [])]
     tables = [table for table in taken if isinstance(table, dict)]
+    if tables and tables[0].get("kind") == "python":  # it may do anything
+        return True
     answers = [table["attitude_gives_way"] for table in tables if "attitude_gives_way" in table]
     return bool(answers) and answers[-1] is True

@@ -99,7 +99,7 @@ def fly(
         scenario = replace(scenario, reference=reference)
     parts = {"controller": controller, "allocator": allocator, "disturbance": disturbance}
     written = {name: described(part) for name, part in parts.items() if part is not None}
-    with in_flight(parts | {"reference": scenario.reference}):
+    with in_flight(parts):
         loop = _Loop(scenario, seed=seed, flight=flight)
         loop.told |= written
         if controller is None and allocator is None and disturbance is None:

@@ -22,6 +22,7 @@ from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
+from omnimorph.simulation.parts_in_flight import in_flight
 from omnimorph.simulation.plant import control_steps
 from omnimorph.simulation.scenario import Scenario
 
@@ -186,11 +187,12 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     if isinstance(reference, SegmentReference):
         return _core.Reference(reference.as_table(), nothing)
     times = np.arange(steps + 1) * scenario.plant.physics_step
-    sample = getattr(reference, "sample", None)
-    if callable(sample):
-        rows = as_numbers(sample(times))
-    else:
-        rows = np.array([_row(reference, t) for t in times.tolist()])
+    with in_flight({"reference": reference}):
+        sample = getattr(reference, "sample", None)
+        if callable(sample):
+            rows = as_numbers(sample(times))
+        else:
+            rows = np.array([_row(reference, t) for t in times.tolist()])
     if rows.shape != (steps + 1, 24):
         allowed = f"({steps + 1}, {24})"
         raise ScenarioError.at("the reference", "shape of its samples", rows.shape, allowed)

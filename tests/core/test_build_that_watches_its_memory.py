@@ -1,4 +1,4 @@
-"""What is not built for this machine: the module that travels, and one that watches its memory."""
+"""The tests of the interface on modules that end at the first error of memory (ASan, UBSan)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,6 @@ from pathlib import Path
 
 import pytest
 from tests.core.other_builds import build, run_python
-from tests.physics.test_many_flights import FLIGHT_HASHES, flight_hashes
-
-from omnimorph import _core
-
-pytestmark = pytest.mark.slow
 
 # What writes and reads through the bindings: flights and batches, controllers, sets.
 OF_THE_INTERFACE = [
@@ -31,26 +26,8 @@ OF_THE_INTERFACE = [
 ]
 
 
-def test_a_build_that_travels_flies_the_same_flights_with_every_instruction_set(
-    tmp_path: Path,
-) -> None:
-    here = flight_hashes(_core.instruction_sets()[-1])
-    packages = build(tmp_path, OMNIMORPH_NATIVE="OFF")
-    told = run_python(
-        packages, ["-c", "from omnimorph import _core as c; print(*c.instruction_sets())"], {}
-    )
-    known = told.split()
-    assert known[0] in ("x86-64-v2", "portable")
-    assert _core.instruction_sets()[-1] in known
-    for name in known:
-        answer = run_python(packages, ["-c", FLIGHT_HASHES], {"OMNIMORPH_SIMD": name})
-        flown_with, hashes = answer.splitlines()
-        assert flown_with == name
-        assert hashes.split() == here
-
-
+@pytest.mark.slow
 def test_no_access_beyond_an_array_and_nothing_undefined(tmp_path: Path) -> None:
-    """The tests of the interface, on modules that end at the first error of that kind."""
     packages = build(tmp_path, OMNIMORPH_SANITIZE="ON", OMNIMORPH_ROTOR_COUNTS="8")
     gcc = shutil.which("g++")
     assert gcc is not None

@@ -117,17 +117,17 @@ def _folder_name(scenario: str, changes: list[str], seed: int) -> str:
 def _complaint(scenario: Scenario, run: Run) -> str:
     """Return what is wrong with a flight, in a line each; nothing if all is well."""
     flown, whole = float(run.time[-1]), scenario.reference.duration
-    told = []
+    warnings = []
     if run.outcome.name != "COMPLETED":
-        told.append(f"{run.outcome_sentence} It flew {flown:g} s of {whole:g} s.")
+        warnings.append(f"{run.outcome_sentence} It flew {flown:g} s of {whole:g} s.")
     elif run.outcome_sentence != run.outcome.value:
-        told.append(run.outcome_sentence)
+        warnings.append(run.outcome_sentence)
     if unproven := run.metrics.unproven_steps:
-        told.append(
+        warnings.append(
             f"{unproven} control steps are not proven: the KKT residual of their allocation is up "
             f"to {run.metrics.kkt_residual_max:.1e}."
         )
-    return "\n".join(f"{scenario.name}: {line}" for line in told)
+    return "\n".join(f"{scenario.name}: {line}" for line in warnings)
 
 
 def _as_text(scenario: Scenario, run: Run, out: Path) -> str:

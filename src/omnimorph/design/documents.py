@@ -16,7 +16,7 @@ import os
 import re
 import tomllib
 import typing
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -36,7 +36,43 @@ if TYPE_CHECKING:
 
     Model = TypeVar("Model", bound=BaseModel)
 
-__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml"]
+Kind = TypeVar("Kind")
+
+__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml", "record_or_file"]
+
+
+def record_or_file(
+    value: object,
+    kind: type[Kind],
+    name: str,
+    load: Callable[[str | os.PathLike[str]], Kind],
+    error: type[InputError],
+) -> Kind:
+    """Return a record that an argument is, or that `load` reads by its name or file.
+
+    Parameters
+    ----------
+    value : object
+        The argument.
+    kind : type
+        Of the record.
+    name : str
+        Of the argument, for the message.
+    load : callable
+        Reads the record of a catalogue name or a file.
+    error : class
+        Which `InputError` to raise.
+
+    Raises
+    ------
+    InputError
+        If it is neither a record nor a name or file, and what `load` raises.
+    """
+    if isinstance(value, kind):
+        return value
+    if isinstance(value, str | os.PathLike):
+        return load(value)
+    raise error.at("the call", name, value, f"a {kind.__name__}, or the name or file of one")
 
 
 def catalogue_names(catalogue: Traversable) -> list[str]:

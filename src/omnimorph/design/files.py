@@ -32,7 +32,7 @@ import os
 from importlib import resources
 from importlib.resources.abc import Traversable
 
-from omnimorph.design.documents import catalogue_names, find_document
+from omnimorph.design.documents import catalogue_names, find_document, record_or_file
 from omnimorph.design.reading import parse_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.writing import vehicle_text
@@ -92,12 +92,7 @@ def as_vehicle(vehicle: VehicleLike) -> Vehicle:
     VehicleError
         As `load_vehicle` does, and if it is anything else.
     """
-    if isinstance(vehicle, Vehicle):
-        return vehicle
-    if isinstance(vehicle, str | os.PathLike):
-        return load_vehicle(vehicle)
-    allowed = "a Vehicle, or the name or file of one"
-    raise VehicleError.at("the call", "vehicle", vehicle, allowed)
+    return record_or_file(vehicle, Vehicle, "vehicle", load_vehicle, VehicleError)
 
 
 def _catalogue() -> Traversable:

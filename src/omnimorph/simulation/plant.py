@@ -19,6 +19,7 @@ from omnimorph.arrays import as_numbers
 from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
@@ -132,14 +133,13 @@ def as_plant(plant: PlantLike) -> PlantModel:
     ScenarioError
         As `omnimorph.load_plant` does, and if it is anything else.
     """
-    if isinstance(plant, PlantModel):
-        return plant
-    if isinstance(plant, str | os.PathLike):
-        from omnimorph.simulation.scenario_files import load_plant
+    return record_or_file(plant, PlantModel, "plant", _load, ScenarioError)
 
-        return load_plant(plant)
-    allowed = "a PlantModel, or the name or file of one"
-    raise ScenarioError.at("the call", "plant", plant, allowed)
+
+def _load(name_or_path: str | os.PathLike[str]) -> PlantModel:
+    from omnimorph.simulation.scenario_files import load_plant  # which imports this file
+
+    return load_plant(name_or_path)
 
 
 class SimulatedPlant:

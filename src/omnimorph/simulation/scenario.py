@@ -17,6 +17,7 @@ from omnimorph.control.controller import core_settings
 from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
+from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import check_record
@@ -205,14 +206,13 @@ def as_scenario(scenario: ScenarioLike) -> Scenario:
     ScenarioError
         As `omnimorph.load_scenario` does, and if it is anything else.
     """
-    if isinstance(scenario, Scenario):
-        return scenario
-    if isinstance(scenario, str | os.PathLike):
-        from omnimorph.simulation.scenario_files import load_scenario
+    return record_or_file(scenario, Scenario, "scenario", _load, ScenarioError)
 
-        return load_scenario(scenario)
-    allowed = "a Scenario, or the name or file of one"
-    raise ScenarioError.at("the call", "scenario", scenario, allowed)
+
+def _load(name_or_path: str | os.PathLike[str]) -> Scenario:
+    from omnimorph.simulation.scenario_files import load_scenario  # which imports this file
+
+    return load_scenario(name_or_path)
 
 
 def proposed_controller(

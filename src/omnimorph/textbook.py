@@ -51,14 +51,15 @@ class PlantSettings(NamedTuple):
     physics_step: float  # s
     control_period: float  # s, a multiple of the physics step; commands are held in between
     actuators_lag: bool  # speeds lag by the time constants, tilts by the rate limit; or at once
+    rotors_have_momentum: bool  # the spinning rotors carry angular momentum
     noise: Sequence[float]  # 1σ of position [m], velocity [m/s], attitude [rad], body rate [rad/s]
 
 
 PAPER_GAINS = Gains()
 CASE_A = Weights(1e-8, (3e6, 3e6, 3e6, 1e3, 1e3, 1e3), 1e-5)
 CASE_B = Weights(1e-5, (3e4, 3e4, 3e4, 10.0, 10.0, 10.0), 1e-5)
-PERFECT = PlantSettings(1e-3, 1e-3, False, (0.0, 0.0, 0.0, 0.0))
-REALISTIC = PlantSettings(1e-3, 4e-3, True, (1e-3, 1e-2, 3e-3, 1e-2))
+PERFECT = PlantSettings(1e-3, 1e-3, False, False, (0.0, 0.0, 0.0, 0.0))
+REALISTIC = PlantSettings(1e-3, 4e-3, True, True, (1e-3, 1e-2, 3e-3, 1e-2))
 
 
 # ---- Rotations ----
@@ -117,26 +118,22 @@ class SegmentedReference:
             if time < t0 + T:
                 s, ds, dds = minimum_jerk((time - t0) / T)
                 p, R, phi_B = p0 + step * s, exp_so3(phi * s) @ R0, R0.T @ phi
-                v, w, a, dw = step * ds / T, phi_B * ds / T, step * dds / T**2, phi_B * dds / T**2
-                return Desired(p, R, v, w, a, dw)
+                ds, dds = ds / T, dds / T**2
+                return Desired(p, R, step * ds, phi_B * ds, step * dds, phi_B * dds)
         return self._hold
 
 
 def paper_reference() -> SegmentedReference:
     """A 45 s reading of the paper's unpublished trajectory, from rest at z = 1.2 m."""
     segments = (
-        Segment(3.0, displacement=(0.0, 0.0, 0.8)),
-        Segment(3.0, displacement=(0.0, 0.0, -0.8)),
-        Segment(3.0, displacement=(0.0, 0.5, 0.0)),
-        Segment(3.0, displacement=(0.0, -0.5, 0.0)),
+        Segment(3.0, (0.0, 0.0, 0.8)), Segment(3.0, (0.0, 0.0, -0.8)),
+        Segment(3.0, (0.0, 0.5, 0.0)), Segment(3.0, (0.0, -0.5, 0.0)),
         Segment(2.0, rotation=(math.pi / 6.0, 0.0, 0.0)),
-        Segment(3.0, displacement=(0.5, 0.0, 0.0)),
-        Segment(3.0, displacement=(-0.5, 0.0, 0.0)),
+        Segment(3.0, (0.5, 0.0, 0.0)), Segment(3.0, (-0.5, 0.0, 0.0)),
         Segment(2.0, rotation=(-math.pi / 6.0, 0.0, 0.0)),
         Segment(18.0, rotation=(2.0 * math.pi, 0.0, 0.0)),
-        Segment(3.0, displacement=(0.0, 0.0, 0.4)),
-        Segment(2.0),
-    )
+        Segment(3.0, (0.0, 0.0, 0.4)), Segment(2.0),
+    )  # fmt: skip
     return SegmentedReference((0.0, 0.0, 1.2), segments)
 
 
@@ -150,8 +147,7 @@ class _Constants(NamedTuple):
     M_inverse: Array  # (6, 6)
     c: Array  # (n,) N/Hz², thrust coefficients as the paper counts them
     scale: Array  # (n,) N, the largest thrust either way
-    lower: Array  # (n,) least thrust / scale
-    upper: Array  # (n,) largest thrust / scale
+    box: tuple[Array, Array]  # (n,) least and largest thrust / scale
 
 
 @lru_cache(maxsize=8)
@@ -169,8 +165,7 @@ def _constants(vehicle: Vehicle) -> _Constants:
         M_inverse=np.array(np.linalg.inv(M), dtype=float),
         c=vehicle.thrust_coefficient * (2.0 * math.pi) ** 2,
         scale=scale,
-        lower=vehicle.thrust_min / scale,
-        upper=vehicle.thrust_max / scale,
+        box=(vehicle.thrust_min / scale, vehicle.thrust_max / scale),
     )
 
 
@@ -219,10 +214,9 @@ class Demand(NamedTuple):
 
 def build_demand(vehicle: Vehicle, state: State, acceleration: Array) -> Demand:
     """M q̈ = μ + J_R A f: M = diag(m I, J), J_R = diag(R, I), μ = [−m g e3; −ω × Jω]; q̈_r (6,)."""
-    M_inverse, J_R, mu = _constants(vehicle).M_inverse, np.eye(6), np.zeros(6)
+    M_inverse, J_R, w = _constants(vehicle).M_inverse, np.eye(6), state.w_WB_B
     J_R[:3, :3] = state.R_WB
-    mu[2] = -vehicle.mass * GRAVITY
-    mu[3:] = -hat(state.w_WB_B) @ (vehicle.inertia @ state.w_WB_B)
+    mu = np.array([0.0, 0.0, -vehicle.mass * GRAVITY, *(-hat(w) @ (vehicle.inertia @ w))])
     return Demand(acceleration - M_inverse @ mu, M_inverse @ J_R)
 
 
@@ -242,8 +236,7 @@ def solve_box_qp(H: Array, g: Array, lower: Array, upper: Array) -> tuple[Array,
     free = (multiplier == 0.0).nonzero()[0]
     x[free] = 0.0
     x[free] = np.linalg.solve(H[free[:, None], free], -(g + H @ x)[free])
-    residual = x - np.clip(x - (H @ x + g), lower, upper)
-    return x, float(np.abs(residual).max())
+    return x, float(np.abs(x - np.clip(x - (H @ x + g), lower, upper)).max())
 
 
 class Allocation(NamedTuple):
@@ -262,8 +255,7 @@ def allocate(
 
     min ‖u‖²_W1 + ‖q̈_r − q̈‖²_W2 + ‖u − u⁻‖²_W3 with f_min ≤ f = c u ≤ f_max; f⁻ is `previous` [N].
     """
-    constants = _constants(vehicle)
-    c, scale = constants.c, constants.scale
+    *_, c, scale, box = _constants(vehicle)
     W1, W2, W3 = weights.input, np.array(weights.acceleration), weights.change
     r, B = demand.missing, demand.gain @ allocation_matrix(vehicle, tilt)  # q̈_r − q̈ = r − B f
 
@@ -272,7 +264,7 @@ def allocate(
     H = (E.T * W2) @ E + np.diag((W1 + W3) * D)
     g = -(E.T @ (W2 * r) + W3 * D * (previous / scale))
     size = H.trace() / len(g)
-    x, kkt_residual = solve_box_qp(H / size, g / size, constants.lower, constants.upper)
+    x, kkt_residual = solve_box_qp(H / size, g / size, *box)
 
     # The three terms as they stand, not through H: close candidates must compare rightly.
     f = scale * x
@@ -302,8 +294,8 @@ def rotor_speed(vehicle: Vehicle, thrust: Array) -> Array:
 
 def hover_thrust(vehicle: Vehicle, tilt: Array) -> Array:
     """Equal thrusts (n,) [N] that carry the level vehicle: m g / Σ e3·z_i(α) each."""
-    lift = thrust_axes(vehicle, tilt)[:, 2].sum()
-    return np.full(vehicle.n_rotors, vehicle.mass * GRAVITY / lift)
+    weight = np.full(vehicle.n_rotors, vehicle.mass * GRAVITY)
+    return np.asarray(weight / thrust_axes(vehicle, tilt)[:, 2].sum())
 
 
 def measure(state: State, sigma: Sequence[float], noise: Array) -> State:
@@ -324,20 +316,27 @@ def step_actuators(
     tau = np.where(faster, vehicle.time_constant_up, vehicle.time_constant_down)
     decay = np.exp(-h / np.maximum(tau, 1e-12))  # zero where there is no lag
     reach = vehicle.servo_rate_max * h
-    turn = np.clip(command.tilt - tilt, -reach, reach)
-    return target + (speed - target) * decay, tilt + turn
+    return target + (speed - target) * decay, tilt + np.clip(command.tilt - tilt, -reach, reach)
 
 
-def step_body(vehicle: Vehicle, state: State, wrench: Array, h: float) -> State:
+def rotor_momentum(vehicle: Vehicle, speed: Array, tilt: Array) -> Array:
+    """H = Σ I_i k_i w_i z_i(α) (3,) [kg m²/s] in B, of speeds w (n,) [rad/s] and tilts (m,)."""
+    return (vehicle.spin_inertia * vehicle.rotor_spin * speed) @ thrust_axes(vehicle, tilt)
+
+
+def step_body(
+    vehicle: Vehicle, state: State, wrench: Array, h: float, H: Sequence[Array | float] = (0.0, 0.0)
+) -> State:
     """Newton–Euler for h [s], semi-implicit Euler; wrench (6,) = [f_B; τ_B] [N; N m] in B.
 
-    v̇ = −g e3 + R f_B/m and L̇ = −ω × L + τ_B, L = Jω, first; then the pose with the new v and ω.
+    v̇ = −g e3 + R f_B/m and L̇ = −ω × L + τ_B, L = Jω + H, first; then the pose with the new v and
+    ω. H is that of the rotors before and after the step, see `rotor_momentum`.
     """
     p, R, v, w = state
     v = v + h * (np.array([0.0, 0.0, -GRAVITY]) + R @ wrench[:3] / vehicle.mass)
-    L = vehicle.inertia @ w
+    L = vehicle.inertia @ w + H[0]
     L = L + h * (wrench[3:] - hat(w) @ L)
-    w = _constants(vehicle).M_inverse[3:, 3:] @ L
+    w = _constants(vehicle).M_inverse[3:, 3:] @ (L - H[1])
     return State(p + h * v, R @ exp_so3(h * w), v, w)
 
 
@@ -374,15 +373,15 @@ def fly(
     `noise` has a standard-normal row (12,) for each control step, see `measure`; None measures
     exactly. With `fixed_tilt` the tilt stays where it is and only the thrusts are chosen.
     """
-    h, period = plant.physics_step, plant.control_period
+    if not plant.rotors_have_momentum:
+        vehicle = vehicle.replace(spin_inertia=np.zeros(vehicle.n_rotors))
+    h, period, c_f = plant.physics_step, plant.control_period, vehicle.thrust_coefficient
     steps, held = round(duration / h), round(period / h)
     angle, start, zero = np.full(vehicle.n_servos, float(tilt)), reference(0.0), np.zeros(3)
     epsilon = vehicle.servo_rate_max * period
     state = State(start.p_WB, start.R_WB, zero, zero)
     command = Command(hover_thrust(vehicle, angle), angle)
-    speed = rotor_speed(vehicle, command.thrust)
-
-    rows = []
+    speed, rows = rotor_speed(vehicle, command.thrust), []
     for k in range(steps + 1):
         if k % held == 0 and k < steps:
             sensed = state if noise is None else measure(state, plant.noise, noise[k // held])
@@ -394,7 +393,9 @@ def fly(
                 chosen = three_candidates(vehicle, epsilon, demand, command, weights)
             command = Command(chosen.thrust, chosen.tilt)
         rows.append((k * h, *state, *command, angle, speed, chosen.cost, chosen.kkt_residual))
+        H_before = rotor_momentum(vehicle, speed, angle)
         speed, angle = step_actuators(vehicle, speed, angle, command, plant)
-        thrust = vehicle.thrust_coefficient * speed * np.abs(speed)
-        state = step_body(vehicle, state, allocation_matrix(vehicle, angle) @ thrust, h)
+        wrench = allocation_matrix(vehicle, angle) @ (c_f * speed * np.abs(speed))
+        H = rotor_momentum(vehicle, speed, angle)
+        state = step_body(vehicle, state, wrench, h, (H_before, H))
     return TextbookFlight(*(np.array(column) for column in zip(*rows, strict=True)))

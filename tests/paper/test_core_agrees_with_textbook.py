@@ -132,10 +132,12 @@ def test_both_realistic_plants_are_one() -> None:
     plant, told = om.load_plant("realistic"), textbook.REALISTIC
     assert (plant.physics_step, plant.control_period) == pytest.approx(told[:2], rel=1e-15)
     assert plant.integrator == "semi-implicit-euler"
-    lag, limits, rate, noise = plant.effects
+    lag, limits, rate, noise, momentum = plant.effects
     assert lag == effects.RotorLag()
     assert limits == effects.SpeedLimits()
     assert rate == effects.ServoRateLimit()
+    assert momentum == effects.RotorMomentum()
+    assert told.rotors_have_momentum
     assert isinstance(noise, effects.MeasurementNoise)
     assert not noise.filtered
     np.testing.assert_allclose(noise.deviation, told.noise, rtol=1e-15)

@@ -179,11 +179,12 @@ def test_plant_table_file_and_name_mean_the_same(tmp_path: Path) -> None:
 
 
 def test_plants_of_the_catalogue() -> None:
-    assert list_plants() == ["perfect", "realistic"]
-    perfect, realistic = (om.load_plant(name) for name in list_plants())
+    assert list_plants() == ["perfect", "realistic", "realistic-1"]
+    perfect, realistic, before = (om.load_plant(name) for name in list_plants())
     assert perfect.effects == ()
     assert (perfect.physics_step, perfect.control_period) == (1e-3, 1e-3)
     assert (realistic.physics_step, realistic.control_period) == (1e-3, 4e-3)
     noise = effects.MeasurementNoise(position=1e-3, velocity=1e-2, attitude=3e-3, rate=1e-2)
     expected = (effects.RotorLag(), effects.SpeedLimits(), effects.ServoRateLimit(), noise)
-    assert realistic.effects == expected
+    assert realistic.effects == (*expected, effects.RotorMomentum())
+    assert before == replace(realistic, effects=expected, name="realistic-1")

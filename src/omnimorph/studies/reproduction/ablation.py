@@ -86,13 +86,13 @@ class Condition:
 
 @dataclass(frozen=True, kw_only=True)
 class Lag:
-    """The closed form behind a reference without rates: gain ratio × way / duration.
+    """The closed form of a reference without feed-forward: gain ratio × path length / duration.
 
     Attributes
     ----------
     attitude_time, position_time : float, s
         Gain of the rate over that of the attitude, and of the velocity over that of the position.
-    turned, way : float, rad and m
+    turned, path_length : float, rad and m
         How far the trajectory turns and goes in all.
     duration : float, s
     """
@@ -100,7 +100,7 @@ class Lag:
     attitude_time: float
     position_time: float
     turned: float
-    way: float
+    path_length: float
     duration: float
 
     @property
@@ -111,7 +111,7 @@ class Lag:
     @property
     def position_error(self) -> float:
         """Mean distance by which the position lags, m."""
-        return self.position_time * self.way / self.duration
+        return self.position_time * self.path_length / self.duration
 
     def duration_for(self, attitude_error: float) -> float:
         """Return how long a flight that turns as far takes for a mean attitude error, s."""
@@ -205,6 +205,8 @@ def _perfect_plus(scenario: Scenario) -> _Ways:
         "noise": (noise,),
         "noise, filtered": (replace(noise, filtered=True),),
         **_common_effects(),
+        "rotor momentum": (RotorMomentum(),),
+        "interference and rotor momentum": (Interference(), RotorMomentum()),
     }
     ways = {"nothing": perfect, "control every 4 ms": _sampled(perfect, 0.004)}
     ways |= {label: with_effects(perfect, *effects) for label, effects in one_more.items()}
@@ -257,7 +259,6 @@ def _common_effects() -> dict[str, tuple[Effect, ...]]:
         "mass + 5 %": (ModelMismatch(mass=1.05),),
         "thrust − 10 %": (Effectiveness(share=0.9),),
         "interference": (Interference(),),
-        "rotor momentum": (RotorMomentum(),),
         "dead band 30 Hz": (DeadBand(smallest=2.0 * math.pi * 30.0),),
     }
 
@@ -269,9 +270,9 @@ def _other_references(scenario: Scenario) -> _Ways:
     ways = {
         "twice as fast": replace(scenario, reference=_at_speed(reference, 2.0)),
         "half as fast": replace(scenario, reference=_at_speed(reference, 0.5)),
-        "no rates": pose_only(scenario),
-        "no rates, moves as steps": pose_only(in_steps),
-        "no rates, interference": with_effects(pose_only(scenario), Interference()),
+        "no feed-forward": pose_only(scenario),
+        "no feed-forward, moves as steps": pose_only(in_steps),
+        "no feed-forward, interference": with_effects(pose_only(scenario), Interference()),
     }
     return {(REFERENCE, label): one for label, one in ways.items()}
 
@@ -314,6 +315,6 @@ def _lag(scenario: Scenario) -> Lag:
         attitude_time=float(np.mean(gains.axes("rate") / gains.axes("attitude"))),
         position_time=float(np.mean(gains.axes("velocity") / gains.axes("position"))),
         turned=sum(abs(one.rotation_angle) for one in reference.segments),
-        way=sum(float(np.linalg.norm(one.move_W)) for one in reference.segments),
+        path_length=sum(float(np.linalg.norm(one.move_W)) for one in reference.segments),
         duration=reference.duration,
     )

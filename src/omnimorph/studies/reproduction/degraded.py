@@ -32,10 +32,17 @@ from omnimorph.studies.reproduction.lost_thrust import (
 )
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
 from omnimorph.studies.reproduction.spread import share_interval, spread_of
-from omnimorph.studies.reproduction.verdicts import Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge, survival_holds
 from omnimorph.units import from_SI
 
-__all__ = ["Degraded", "PaperLoss", "count_degraded", "fly_degraded", "paper_loss"]
+__all__ = [
+    "Degraded",
+    "PaperLoss",
+    "count_degraded",
+    "fly_degraded",
+    "fly_paper_losses",
+    "paper_loss",
+]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -127,7 +134,7 @@ def count_degraded(plan: Plan) -> int:
 
 def fly_degraded(plan: Plan, fly_jobs: FlyJobs, physical: PhysicalLimits) -> Degraded:
     """Fly the paper's losses, search the largest that each case survives, stop single rotors."""
-    losses = _fly_paper_losses(plan, fly_jobs)
+    losses = fly_paper_losses(plan, fly_jobs)
     return Degraded(
         losses=losses,
         frontiers=search_frontiers(plan, fly_jobs, physical),
@@ -149,7 +156,8 @@ def paper_loss(key: str, speed_limit: float | None = None) -> Scenario:
     return degrade(with_speed_limit(scenario, limit), about["loss_percent"] / 100.0)
 
 
-def _fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
+def fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
+    """Fly what the paper flew with less thrust, at both limits of speed, over the seeds."""
     limits = speed_limits(load_scenario(A).vehicle)
     rows = [(key, limit) for key in _PAPER_KEYS for limit in limits]
     jobs = [Job(paper_loss(key, limit), seed) for key, limit in rows for seed in plan.seeds]
@@ -172,32 +180,38 @@ def _judge(losses: list[PaperLoss]) -> list[Judged]:
 
 def _judge_loss(key: str, losses: list[PaperLoss]) -> Judged:
     """Judge whether a case survives; the paper's limit of thrust is not known, so two are flown."""
-    claim = paper.claims()[key]
     rows = sorted((one for one in losses if one.key == key), key=lambda one: one.speed_limit)
-    found = "; ".join(_shares_in_words(one) for one in rows)
     limits = [f"±{from_SI(one.speed_limit, 'Hz'):.0f} Hz" for one in rows]
     answers = [_holds(one, fails=key == "b_fails") for one in rows]
-    if all(answers):
-        verdict, why = Verdict.PREDICTED, "It holds at either limit of the rotors' speed."
+    holds = answers[0] if len(set(answers)) == 1 else None
+    explained = None
+    if holds is not None:
+        why = f"It {'holds' if holds else 'does not hold'} at either limit of the rotors' speed."
     elif True in answers:
+        explained = Verdict.CONJECTURED
         where = limits[answers.index(True)]
-        verdict = Verdict.CONJECTURED
         why = f"It holds if the rotors may turn at {where}; the paper does not say."
-    elif None in answers:
-        where = limits[answers.index(None)]
-        verdict = Verdict.ASSUMED
-        why = f"At {where} chance decides whether a flight is lost; the paper flew one."
     else:
-        verdict, why = Verdict.CONTRADICTED, "It holds at neither limit of the rotors' speed."
-    return Judged(claim=claim, found=found, verdict=verdict, why=why, command="omnimorph reproduce")
+        where = " and ".join(limits[i] for i, one in enumerate(answers) if one is None)
+        why = (
+            f"At {where} it depends on what counts, or chance decides: the shares of flights that "
+            "are not lost and of those that keep the pose do not both settle it."
+        )
+    return judge(
+        key,
+        holds=holds,
+        basis=Basis.FLOWN,
+        found="; ".join(_shares_in_words(one) for one in rows),
+        why=why,
+        command="omnimorph reproduce",
+        explained=explained,
+    )
 
 
 def _holds(one: PaperLoss, *, fails: bool) -> bool | None:
-    """Tell whether most flights fail, or survive; None where the seeds do not settle it."""
-    low, high = share_interval(*one.share(NOT_LOST))
-    if low <= 0.5 <= high:
-        return None
-    return (high < 0.5) == fails
+    """Tell whether most flights survive, or fail, whichever of the two criteria counts."""
+    intervals = [share_interval(*one.share(criterion)) for criterion in (NOT_LOST, POSE_KEPT)]
+    return survival_holds(intervals, fails=fails)
 
 
 def _shares_in_words(one: PaperLoss) -> str:
@@ -214,10 +228,10 @@ def _judge_most_affected(losses: list[PaperLoss]) -> Judged:
         for metric in ("position_error_mean_m", "attitude_error_paper")
     )
     found = f"where it survives, {1e3 * position:.1f} mm and ‖e_R‖ {attitude:.3f} on average"
-    return Judged(
-        claim=paper.claims()["position_most_affected"],
+    return judge(
+        "position_most_affected",
+        basis=Basis.ASSUMED,
         found=found,
-        verdict=Verdict.ASSUMED,
         why="Lengths and angles have no common measure; against the paper's own errors it would "
         "depend on what made those.",
         command="omnimorph reproduce",

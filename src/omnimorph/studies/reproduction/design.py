@@ -20,7 +20,7 @@ from omnimorph.model.allocation import full_allocation_matrix
 from omnimorph.protocols import FloatArray
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.printed_matrix import PrintedMatrix, compare_printed_matrix
-from omnimorph.studies.reproduction.verdicts import Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 
 __all__ = ["CounterExample", "Design", "examine_design"]
 
@@ -150,19 +150,21 @@ def _judge_ranks(vehicle: Vehicle, analysis: VehicleAnalysis) -> list[Judged]:
     }
     found = ", ".join(f"{math.degrees(one.tilt):.0f}°" for one in analysis.singular)
     why = f"Over the whole turn the rank falls at {found.replace('-', '−')} only."
-    return [_number(key, rank, "", Verdict.PREDICTED, why) for key, rank in ranks.items()]
+    return [
+        judge(key, here=rank, basis=Basis.DERIVED, why=why, command=_ANALYZE)
+        for key, rank in ranks.items()
+    ]
 
 
 def _judge_conditions(vehicle: Vehicle, examples: tuple[CounterExample, ...]) -> list[Judged]:
-    verdicts = []
+    judged = []
     for key, tilt in (("full_rank_at_0", 0.0), ("full_rank_at_90", 0.5 * math.pi)):
         here = [one for one in examples if one.tilt == tilt]
         wrong = [one for one in here if one.ours != one.paper]
         found = "; ".join(f"{one.thrusts}: rank {one.ours}, not {one.paper}" for one in wrong)
-        verdict = Verdict.CONTRADICTED if wrong else Verdict.PREDICTED
         why = f"The rank is that high if and only if {here[0].condition}."
         command = f"{_ACTUATION}::test_conditions_of_omnimorph"
-        verdicts.append(_words(key, found, verdict, why, command))
+        judged.append(_statement(key, not wrong, found, why, command))
     still = vehicle.replace(drag_coefficient=1e-9 * vehicle.drag_coefficient)
     right = 0.5 * math.pi
     rank = actuation(still, right, beyond_limits=True).rank_thrust
@@ -170,9 +172,8 @@ def _judge_conditions(vehicle: Vehicle, examples: tuple[CounterExample, ...]) ->
     both = int(np.linalg.matrix_rank(torques, tol=1e-6))
     found = f"without drag the rank of A stays {rank}, that of its roll and pitch rows {both}"
     why = "They come from the lever arms of the rotors above and below the centre of mass."
-    verdict = Verdict.CONTRADICTED if both == 2 else Verdict.PREDICTED
     command = f"{_ERRATA}::test_at_90_degrees_roll_and_pitch_come_from_lever_arms"
-    return [*verdicts, _words("roll_from_drag", found, verdict, why, command)]
+    return [*judged, _statement("roll_from_drag", both != 2, found, why, command)]
 
 
 def _judge_matrix(matrix: PrintedMatrix) -> Judged:
@@ -184,9 +185,8 @@ def _judge_matrix(matrix: PrintedMatrix) -> Judged:
         "Only otherwise are the torques the moments of the printed thrust axes and of their drag; "
         "its columns are not in the order of eq. (1), and its L is a half-edge."
     )
-    verdict = Verdict.CONTRADICTED if wrong else Verdict.PREDICTED
     command = f"{_ERRATA}::test_four_entries_of_the_printed_matrix_are_wrong"
-    return _words("printed_matrix", found, verdict, why, command)
+    return _statement("printed_matrix", not wrong, found, why, command)
 
 
 def _judge_axes(vehicle: Vehicle) -> Judged:
@@ -208,10 +208,9 @@ def _judge_axes(vehicle: Vehicle) -> Judged:
     axes = (z0 + zC * math.cos(tilt) + zS * math.sin(tilt)).T
     ours = axes[:, _by_vertex(vehicle)]
     apart = float(np.abs(np.abs((about_z @ fixed * ours).sum(axis=0)) - 1.0).max())
-    found = f"at {math.degrees(tilt):.4f}° the axes are those, turned, to rounding"
+    found = f"at {math.degrees(tilt):.4f}° the axes are those, turned: identical to rounding"
     why = "Four axes point the other way, which rotors that turn both ways do not feel."
-    verdict = Verdict.PREDICTED if apart < 1e-12 else Verdict.CONTRADICTED
-    return _words("turned_axes", found, verdict, why, "omnimorph verify")
+    return _statement("turned_axes", apart < 1e-12, found, why, "omnimorph verify")
 
 
 def _by_vertex(vehicle: Vehicle) -> list[int]:
@@ -250,7 +249,10 @@ def _judge_intervals(vehicle: Vehicle, analysis: VehicleAnalysis) -> list[Judged
         ),
         ("hover_lost_at", lost, f"level hover is lost at {lost:.2f}°"),
     )
-    return [_number(key, value, found, Verdict.CALIBRATED, why) for key, value, found in rows]
+    return [
+        judge(key, here=value, basis=Basis.CHOSEN, found=found, why=why, command=_ANALYZE)
+        for key, value, found in rows
+    ]
 
 
 def _first_positive(intervals: FloatArray) -> FloatArray:
@@ -266,9 +268,7 @@ def _judge_mass(vehicle: Vehicle, analysis: VehicleAnalysis) -> list[Judged]:
         share = 100.0 * float(mass_break_even(math.radians(paper.claims()[key].about["tilt_deg"])))
         why = "Closed form: thrusts go with 1/cos α_f at the same mass, so Δ̄_m = 1/cos α_f − 1."
         command = "pytest tests/physics/test_morphing.py::test_mass_break_even"
-        near = round(share) == paper.claims()[key].value
-        verdict = Verdict.PREDICTED if near else Verdict.CONTRADICTED
-        judged.append(_number(key, share, "", verdict, why, command))
+        judged.append(judge(key, here=share, basis=Basis.DERIVED, why=why, command=command))
     own, trade = mechanism_share(vehicle), analysis.trade
     assert own is not None
     assert trade is not None
@@ -287,28 +287,8 @@ def _judge_mass(vehicle: Vehicle, analysis: VehicleAnalysis) -> list[Judged]:
     needed = paper.claims()["omnidirectional_from"].value
     why = f"From 1/cos α_f − 1 and the two masses; at the {needed:g}° it needs, it does pay."
     command = f"{_ERRATA}::test_at_30_degrees_its_mechanism_does_not_pay"
-    verdict = Verdict.PREDICTED if pays else Verdict.CONTRADICTED
-    return [*judged, _words("own_mechanism_pays", found, verdict, why, command)]
+    return [*judged, _statement("own_mechanism_pays", pays, found, why, command)]
 
 
-# --- rows -----------------------------------------------------------------------------------------
-
-
-def _number(
-    key: str, here: float, found: str, verdict: Verdict, why: str, command: str = _ANALYZE
-) -> Judged:
-    value = float(here)
-    return Judged(
-        claim=paper.claims()[key],
-        found=found,
-        verdict=verdict,
-        why=why,
-        command=command,
-        here=value,
-        low=value,
-        high=value,
-    )
-
-
-def _words(key: str, found: str, verdict: Verdict, why: str, command: str) -> Judged:
-    return Judged(claim=paper.claims()[key], found=found, verdict=verdict, why=why, command=command)
+def _statement(key: str, holds: bool, found: str, why: str, command: str) -> Judged:
+    return judge(key, holds=holds, basis=Basis.DERIVED, found=found, why=why, command=command)

@@ -10,6 +10,7 @@ from omnimorph.studies.reproduction.ablation import Ablation
 from omnimorph.studies.reproduction.degraded import Degraded
 from omnimorph.studies.reproduction.design import Design
 from omnimorph.studies.reproduction.flights import PaperFlights
+from omnimorph.studies.reproduction.hypotheses import Hypothesis
 from omnimorph.studies.reproduction.interference import Experiment
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
 
@@ -24,6 +25,7 @@ class Findings:
     ----------
     design : Design
     flights : PaperFlights
+    hypotheses : list of Hypothesis
     ablation : Ablation
     experiment : Experiment
     degraded : Degraded
@@ -34,6 +36,7 @@ class Findings:
 
     design: Design
     flights: PaperFlights
+    hypotheses: list[Hypothesis]
     ablation: Ablation
     experiment: Experiment
     degraded: Degraded

@@ -3,110 +3,114 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from omnimorph.report.tables import number
 from omnimorph.results.measures import MEASURES
 from omnimorph.results.run import Run
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B, PaperFlights
+from omnimorph.studies.reproduction.hypotheses import ERRORS, Hypothesis
 from omnimorph.studies.reproduction.spread import spread_of
-from omnimorph.studies.reproduction.verdicts import FAR, NEAR, Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import (
+    Basis,
+    Judged,
+    Verdict,
+    is_near,
+    judge,
+    order_holds,
+)
 
 __all__ = ["judge_flights"]
 
 _FIRST_CLIMB = 5.0  # s in which the tilt of Case A may rise before it is judged
-_ALIKE = 0.02  # two energies nearer than that are nearly the same
-
-_Answer = tuple[str, Verdict, str]
+_COMPARABLE = 1.1  # an error is comparable if it is no larger by more than 10 %
 
 
-def judge_flights(flights: PaperFlights) -> list[Judged]:
+class _Answer(NamedTuple):
+    """What was found of a claim in words, whether it holds, why, and what that rests on."""
+
+    found: str
+    holds: bool | None
+    why: str
+    basis: Basis = Basis.FLOWN
+
+
+def judge_flights(flights: PaperFlights, hypotheses: Sequence[Hypothesis]) -> list[Judged]:
     """Judge every number and every claim in words on the paper's flights."""
     numbers = [
-        _judge_number(flights, claim)
+        _judge_number(flights, claim, hypotheses)
         for claim in paper.claims().values()
         if "metric" in claim.about
     ]
-    return numbers + [_judge_words(flights, key, judge) for key, judge in _JUDGES.items()]
+    return numbers + [_judge_words(flights, key, answer) for key, answer in _ANSWERS.items()]
 
 
 # --- numbers --------------------------------------------------------------------------------------
 
 
-def _judge_number(flights: PaperFlights, claim: paper.PaperClaim) -> Judged:
+def _judge_number(
+    flights: PaperFlights, claim: paper.PaperClaim, hypotheses: Sequence[Hypothesis]
+) -> Judged:
     scenario, metric = claim.about["scenario"], claim.about["metric"]
-    factor = MEASURES[metric].factor
-    spread = spread_of(flights.realistic[scenario], metric, factor)
-    assert claim.value is not None
-    difference = spread.mean / claim.value - 1.0
+    spread = spread_of(flights.realistic[scenario], metric, MEASURES[metric].factor)
+    explained = None
     if metric == "drag_energy_paper":
-        verdict, why = _judge_energy(difference)
+        basis = Basis.CHOSEN
+        why = (
+            "The length of the flight was chosen from the energies; one length cannot fit them all."
+        )
     elif metric == "acceleration_energy_paper":
-        verdict = Verdict.ASSUMED
+        basis = Basis.ASSUMED
         why = "Measurement noise and rotor lag decide it, and the paper gives neither."
     else:
-        verdict, why = _judge_error(flights, claim, difference)
-    return Judged(
-        claim=claim,
+        assert metric in ERRORS
+        basis = Basis.FLOWN
+        explained, why = _explanation(claim, hypotheses)
+    return judge(
+        claim.key,
+        basis=basis,
         found=f"{spread.completed} of {spread.flights} flights completed",
-        verdict=verdict,
         why=why,
         command=f"omnimorph fly {scenario}",
         here=spread.mean,
         low=spread.low,
         high=spread.high,
+        explained=explained,
     )
 
 
-def _judge_energy(difference: float) -> tuple[Verdict, str]:
-    if abs(difference) > FAR:
-        return Verdict.NOT_EXPLAINED, "Too far, although the flight's length was chosen to fit."
-    return Verdict.CALIBRATED, "The length of the flight was chosen because of the energies."
-
-
-def _judge_error(
-    flights: PaperFlights, claim: paper.PaperClaim, difference: float
-) -> tuple[Verdict, str]:
-    """Judge an error: as flown, or under the conjecture that the reference told no rates."""
-    scenario, metric = claim.about["scenario"], claim.about["metric"]
-    if abs(difference) <= NEAR:
-        return Verdict.PREDICTED, "It comes out as flown."
-    told_no_rates = spread_of(flights.pose_only[scenario], metric, MEASURES[metric].factor).mean
+def _explanation(
+    claim: paper.PaperClaim, hypotheses: Sequence[Hypothesis]
+) -> tuple[Verdict | None, str]:
+    """Return what explains an error: of conjectures the one that comes nearest, else a fit."""
     assert claim.value is not None
-    left = told_no_rates / claim.value - 1.0
-    where = f"{told_no_rates:.3g} {claim.unit}".strip()
-    if abs(left) <= NEAR and metric == "attitude_error_paper":
-        return Verdict.CONJECTURED, (
-            f"If the reference told the attitude but not its rate, it would be {where}, whatever "
-            "the weights, plant and noise."
-        )
-    if abs(left) <= FAR:
-        return Verdict.ASSUMED, (
-            f"If the reference told no velocity, it would be {where} for the way of our "
-            "trajectory, whose length the paper does not give."
-        )
-    return Verdict.NOT_EXPLAINED, (
-        f"A reference without velocity gives {where}; nothing that we tried gives the rest without "
-        "spoiling the attitude."
-    )
+    found: list[tuple[float, float, Hypothesis]] = []
+    for one in hypotheses:
+        if one.verdict is not None:
+            here = one.spread(claim.about["scenario"], claim.about["metric"]).mean
+            found.append((abs(here - claim.value), here, one))
+    found.sort(key=lambda row: row[0])
+    for verdict in (Verdict.CONJECTURED, Verdict.CALIBRATED):
+        for _, here, one in found:
+            if one.verdict is verdict and is_near(here, claim.value):
+                unit = f" {claim.unit}" if claim.unit else ""
+                return verdict, f"With {one.label}: {number(here, 3)}{unit}."
+    _, here, one = found[0]
+    return None, f"The nearest that was tried is {number(here, 3)}, with {one.label}."
 
 
 # --- words ----------------------------------------------------------------------------------------
 
 
 def _judge_words(
-    flights: PaperFlights, key: str, judge: Callable[[PaperFlights], _Answer]
+    flights: PaperFlights, key: str, answer: Callable[[PaperFlights], _Answer]
 ) -> Judged:
-    found, verdict, why = judge(flights)
-    return Judged(
-        claim=paper.claims()[key],
-        found=found,
-        verdict=verdict,
-        why=why,
-        command="omnimorph reproduce",
-    )
+    found, holds, why, basis = answer(flights)
+    return judge(key, holds=holds, basis=basis, found=found, why=why, command="omnimorph reproduce")
 
 
 def _energy_order(flights: PaperFlights) -> _Answer:
@@ -114,22 +118,21 @@ def _energy_order(flights: PaperFlights) -> _Answer:
         flights.values(name, "drag_energy_paper") for name in (A, B, FIXED_A, FIXED_B)
     )
     fixed = np.concatenate([fixed_a, fixed_b])
-    holds = bool(b.max() < fixed.min() and fixed.max() < a.min())
+    holds = order_holds((b, fixed), (fixed, a))
     reported = [paper.claims()[f"drag_energy_{key}"].value or math.nan for key in ("a", "b")]
     text = (
         f"B {b.mean():.0f}, fixed {fixed.mean():.0f}, A {a.mean():.0f} in the paper's count"
         f"{', for every seed' if holds else ''}; A over B is {a.mean() / b.mean():.2f} (the paper: "
         f"{reported[0] / reported[1]:.2f})"
     )
-    why = "The length of the flight hardly enters an order or a ratio."
-    return text, _if_true(holds), why
+    return _Answer(text, holds, "The length of the flight hardly enters an order or a ratio.")
 
 
 def _fixed_tilt_alike(flights: PaperFlights) -> _Answer:
     a, b = (float(flights.values(name, "drag_energy_paper").mean()) for name in (FIXED_A, FIXED_B))
     apart = abs(a / b - 1.0)
     why = "At one tilt the least thrusts for a wrench are nearly the same, whatever the weights."
-    return f"{a:.0f} and {b:.0f}, {100 * apart:.1f} % apart", _if_true(apart <= _ALIKE), why
+    return _Answer(f"{a:.0f} and {b:.0f}, {100 * apart:.1f} % apart", is_near(a, b), why)
 
 
 def _tilt_of_case_a(flights: PaperFlights) -> _Answer:
@@ -145,7 +148,7 @@ def _tilt_of_case_a(flights: PaperFlights) -> _Answer:
         "Its cost is nearly flat in the tilt: which way it drifts is decided by noise, which the "
         "paper does not give. It is raised, but not kept at the highest value."
     )
-    return text, Verdict.PREDICTED if mean > 0.98 * top else Verdict.ASSUMED, why
+    return _Answer(text, bool(low == top), why, Basis.ASSUMED)
 
 
 def _tilt_of_case_b(flights: PaperFlights) -> _Answer:
@@ -154,7 +157,8 @@ def _tilt_of_case_b(flights: PaperFlights) -> _Answer:
         f"{low:.0f}° on average while it only moves vertically, {side:.0f}° while it moves "
         f"sideways level, {rest:.0f}° while it is not level"
     )
-    return text, _if_true(low < 0.6 * rest), "Its weights price effort, which a small tilt saves."
+    why = "Its weights price effort, which a small tilt saves."
+    return _Answer(text, order_holds((low, rest)), why)
 
 
 def _tilt_by_task(run: Run) -> tuple[float, float, float]:
@@ -176,40 +180,40 @@ def _tracking_order(flights: PaperFlights) -> _Answer:
         f"{a.mean():.2f} against {b.mean():.2f} mm, ‖e_R‖ {angle_a.mean():.1f}e−3 against "
         f"{angle_b.mean():.1f}e−3"
     )
-    holds = bool(a.max() < b.min() and angle_a.max() < angle_b.min())
-    return text, _if_true(holds), "The order is the paper's for every seed; the sizes are not."
+    why = "The order is the paper's for every seed; the sizes are not."
+    return _Answer(text, order_holds((a, b), (angle_a, angle_b)), why)
 
 
 def _acceleration_order(flights: PaperFlights) -> _Answer:
     a, b = (flights.values(name, "acceleration_energy_paper") for name in (A, B))
     why = "At a small tilt Case B follows noise with larger changes of thrust."
-    return f"{b.mean():.0f} against {a.mean():.0f}", _if_true(bool(a.max() < b.min())), why
+    return _Answer(f"{b.mean():.0f} against {a.mean():.0f}", order_holds((a, b)), why)
 
 
 def _weight_on_change(flights: PaperFlights) -> _Answer:
-    before, after = (
-        float(flights.values(name, "acceleration_energy_paper").mean()) for name in (B, W3)
-    )
-    errors = [1e3 * float(flights.values(name, "position_error_mean_m").mean()) for name in (B, W3)]
-    saved = 1.0 - after / before
+    before, after = (flights.values(name, "acceleration_energy_paper") for name in (B, W3))
+    error, error_after = (1e3 * flights.values(name, "position_error_mean_m") for name in (B, W3))
+    saved = 1.0 - float(after.mean() / before.mean())
     reported = [
         paper.claims()[f"acceleration_energy_{key}"].value or math.nan for key in ("b", "w3")
     ]
     text = (
         f"{100 * saved:.0f} % less (the paper: {100 * (1 - reported[1] / reported[0]):.0f} %), "
-        f"{errors[0]:.2f} mm become {errors[1]:.2f} mm"
+        f"{error.mean():.2f} mm become {error_after.mean():.2f} mm"
     )
     why = "The direction is the paper's; how much is saved depends on the noise."
-    return text, _if_true(saved > 0.0), why
+    holds = order_holds((after, before), (error_after, _COMPARABLE * error))
+    return _Answer(text, holds, why)
 
 
 def _acceleration_is_minor(flights: PaperFlights) -> _Answer:
     """Judge in joules: the paper's count makes drag 2π and acceleration 4π² times too small."""
-    shares = []
+    shares, pairs = [], []
     for name in (A, B):
-        drag = float(flights.values(name, "drag_energy_J").mean())
-        spin_up = float(flights.values(name, "acceleration_energy_J").mean())
-        shares.append(100.0 * spin_up / (drag + spin_up))
+        drag = flights.values(name, "drag_energy_J")
+        spin_up = flights.values(name, "acceleration_energy_J")
+        pairs.append((spin_up, drag))
+        shares.append(100.0 * float((spin_up / (drag + spin_up)).mean()))
     text = (
         f"in joules it is {shares[0]:.0f} % of both energies together in Case A, {shares[1]:.0f} % "
         "in Case B"
@@ -218,14 +222,10 @@ def _acceleration_is_minor(flights: PaperFlights) -> _Answer:
         "The paper leaves speeds in Hz, so drag comes out 2π times too small and acceleration 4π² "
         "times; only so it looks minor."
     )
-    return text, Verdict.CONTRADICTED if max(shares) >= 20.0 else Verdict.PREDICTED, why
+    return _Answer(text, order_holds(*pairs), why)
 
 
-def _if_true(holds: bool) -> Verdict:
-    return Verdict.PREDICTED if holds else Verdict.CONTRADICTED
-
-
-_JUDGES = {
+_ANSWERS = {
     "energy_order": _energy_order,
     "fixed_tilt_alike": _fixed_tilt_alike,
     "tilt_of_case_a": _tilt_of_case_a,

@@ -83,8 +83,10 @@ class PaperFlights:
         One for each seed.
     perfect : mapping to Flown
         In the perfect plant, which needs no seed.
+    without_momentum : mapping to list of Flown
+        As realistic, but the spinning rotors carry no angular momentum (the plant ``realistic-1``).
     pose_only : mapping to list of Flown
-        As realistic, with a reference that tells no rates.
+        Without momentum, and with a reference without velocity and acceleration feed-forward.
     in_wakes : mapping to list of Flown
         As realistic, with rotors that blow on one another.
     variants : list of Variant
@@ -95,6 +97,7 @@ class PaperFlights:
     runs: Mapping[str, Run]
     realistic: Mapping[str, list[Flown]]
     perfect: Mapping[str, Flown]
+    without_momentum: Mapping[str, list[Flown]]
     pose_only: Mapping[str, list[Flown]]
     in_wakes: Mapping[str, list[Flown]]
     variants: list[Variant]
@@ -108,6 +111,7 @@ class PaperFlights:
         """Return what ``results.json`` holds of them."""
         groups = {
             "realistic": self.realistic,
+            "without_momentum": self.without_momentum,
             "pose_only": self.pose_only,
             "in_wakes": self.in_wakes,
             "perfect": {name: [one] for name, one in self.perfect.items()},
@@ -135,13 +139,13 @@ def _over_metrics(flown: list[Flown]) -> dict[str, Any]:
 
 def count_flights(plan: Plan) -> int:
     """Return how many flights `fly_paper` hands out."""
-    return len(SCENARIOS) * (3 * len(plan.seeds) + 1) + len(_STEPS) + 1
+    return len(SCENARIOS) * (4 * len(plan.seeds) + 1) + len(_STEPS) + 1
 
 
 def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
     """Fly the paper's scenarios over the seeds, in the realistic and in the perfect plant."""
     scenarios = {name: load_scenario(name) for name in SCENARIOS}
-    perfect = load_plant("perfect")
+    perfect, no_momentum = load_plant("perfect"), load_plant("realistic-1")
     still = fly_jobs(
         [Job(replace(scenarios[name], plant=perfect), 0) for name in SCENARIOS],
         "the perfect plant",
@@ -157,11 +161,17 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
         ),
         realistic=_over_seeds(scenarios, plan, fly_jobs, "the paper's flights"),
         perfect=dict(zip(SCENARIOS, still, strict=True)),
-        pose_only=_over_seeds(
-            {name: pose_only(one) for name, one in scenarios.items()},
+        without_momentum=_over_seeds(
+            {name: replace(one, plant=no_momentum) for name, one in scenarios.items()},
             plan,
             fly_jobs,
-            "references without rates",
+            "rotors without momentum",
+        ),
+        pose_only=_over_seeds(
+            {name: pose_only(replace(one, plant=no_momentum)) for name, one in scenarios.items()},
+            plan,
+            fly_jobs,
+            "references without feed-forward",
         ),
         in_wakes=_over_seeds(
             {name: with_effects(one, Interference()) for name, one in scenarios.items()},
@@ -174,7 +184,7 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
 
 
 def pose_only(scenario: Scenario) -> Scenario:
-    """Return the scenario with a reference that tells no rates."""
+    """Return the scenario with a reference without velocity and acceleration feed-forward."""
     reference = scenario.reference
     assert isinstance(reference, SegmentReference | SampledReference)
     return replace(scenario, reference=PoseOnly(reference))

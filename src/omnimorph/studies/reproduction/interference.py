@@ -13,7 +13,7 @@ from omnimorph.simulation.effects import Interference, RotorLag
 from omnimorph.simulation.speed_profile import speed_steps
 from omnimorph.simulation.thrust_stand import StandReading, ThrustStand
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.verdicts import Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 from omnimorph.units import to_SI
 
 __all__ = ["Experiment", "StandTest", "replay_experiment"]
@@ -118,27 +118,15 @@ def _at_the_end(reading: StandReading) -> float:
 def _judge(tests: list[StandTest]) -> list[Judged]:
     untilted, tilted = tests
     calibrated = "The model of wakes was given the paper's two losses."
+    model_file = "From the thrust coefficient of the vehicle's public model files."
     rows = (
-        (
-            "force_alone",
-            untilted.force_alone,
-            Verdict.PREDICTED,
-            "From the thrust coefficient of the vehicle's public model files.",
-        ),
-        ("force_together", untilted.force_together, Verdict.CALIBRATED, calibrated),
-        ("loss_at_0", 100.0 * untilted.loss, Verdict.CALIBRATED, calibrated),
-        ("loss_at_50", 100.0 * tilted.loss, Verdict.CALIBRATED, calibrated),
+        ("force_alone", untilted.force_alone, Basis.DERIVED, model_file),
+        ("force_together", untilted.force_together, Basis.CHOSEN, calibrated),
+        ("loss_at_0", 100.0 * untilted.loss, Basis.CHOSEN, calibrated),
+        ("loss_at_50", 100.0 * tilted.loss, Basis.CHOSEN, calibrated),
     )
+    found = f"mean over the last {_SETTLED:g} s of the simulated stand"
     return [
-        Judged(
-            claim=paper.claims()[key],
-            found=f"mean over the last {_SETTLED:g} s of the simulated stand",
-            verdict=verdict,
-            why=why,
-            command="omnimorph verify",
-            here=value,
-            low=value,
-            high=value,
-        )
-        for key, value, verdict, why in rows
+        judge(key, here=value, basis=basis, found=found, why=why, command="omnimorph verify")
+        for key, value, basis, why in rows
     ]

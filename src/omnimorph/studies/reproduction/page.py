@@ -28,15 +28,16 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import Lag
 from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import A, B, PaperFlights
+from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
 from omnimorph.studies.reproduction.lost_thrust import KEPT_WITHIN_DEG, KEPT_WITHIN_M
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.printed_matrix import ROWS
 from omnimorph.studies.reproduction.sentences import key_points, reasons, tilt_points
-from omnimorph.studies.reproduction.verdicts import Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import RULES, Judged, Verdict
 from omnimorph.studies.reproduction.words import FLIGHT_WORDS
 from omnimorph.units import from_SI
 
-__all__ = ["write_page"]
+__all__ = ["command", "write_page"]
 
 _TITLE = "OmniMorph: the paper, line by line"
 _TURN = 2.0 * math.pi
@@ -74,7 +75,8 @@ def write_page(
         "band_seconds": number(run.metrics.duration_s / figures.BANDS, 2),
         "speed_limit": number(from_SI(float(run.vehicle.speed_max.max()), "Hz")),
         "joules": _paper_in_joules(),
-        "reasons": reasons(findings.ablation),
+        "reasons": reasons(findings.ablation, findings.hypotheses),
+        "rules": RULES,
         "lag": _lag(findings.ablation.lag),
         "artefact": _artefact(flights),
         "lost_beyond": number(load_scenario(A).lost_beyond),
@@ -82,7 +84,7 @@ def write_page(
         "kept_deg": number(KEPT_WITHIN_DEG),
         "degraded_words": _degraded_words(findings),
         "tilt_points": tilt_points(findings.tilt_choice),
-        "command": _command(plan),
+        "command": command(plan),
         "run_files": run_files,
     }
     write_text(path, render_page("reproduction/page.html.j2", **content))
@@ -105,6 +107,8 @@ def _tables(
         "examples": tables.example_table(design),
         "energy": tables.energy_table(flights),
         "errors": tables.error_table(flights),
+        "hypotheses": hypothesis_table(findings.hypotheses),
+        "objections": objection_table(findings.hypotheses),
         "ablation": tables.ablation_table(findings.ablation),
         "lag": tables.lag_table(findings.ablation.lag, flights),
         "variants": tables.variant_table(flights),
@@ -156,7 +160,7 @@ def _lag(lag: Lag) -> dict[str, str]:
         "attitude_time": number(lag.attitude_time),
         "position_time": number(lag.position_time),
         "turned": number(lag.turned, 3),
-        "way": number(lag.way, 3),
+        "path_length": number(lag.path_length, 3),
         "duration": number(lag.duration),
         "shortest": number(lag.duration_for(max(reported)), 3),
         "longest": number(lag.duration_for(min(reported)), 3),
@@ -205,7 +209,7 @@ def _sha256(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _command(plan: Plan) -> str:
+def command(plan: Plan) -> str:
     """Return the command that makes the page again."""
     usual = Plan.quickly() if plan.quick else Plan.whole()
     parts = ["omnimorph reproduce --out reproduction"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from omnimorph.report.analysis_words import condition_words, rows_by_tilt
 from omnimorph.report.tables import Table, degrees, number
@@ -49,17 +49,19 @@ def claims_table(judged: Sequence[Judged]) -> Table:
     rows = []
     for row in judged:
         here, unit = row.here_in_words, row.claim.unit
+        found = f"{here} {unit}".strip() if here else row.found
         rows.append(
             [
                 row.claim.text,
+                row.claim.rule,
                 "" if row.claim.value is None else f"{number(row.claim.value, 5)} {unit}".strip(),
-                f"{here} {unit}".strip() if here else row.found,
+                f"{found}. {row.why}" if row.explained else found,
                 difference_words(row.difference) if here else "",
                 row.verdict.value,
             ]
         )
-    head = ["the paper says", "its number", "here", "difference", "verdict"]
-    return Table("Every claim.", head, rows, frozenset({1}))
+    head = ["the paper says", "rule", "its number", "here", "difference", "verdict"]
+    return Table("Every claim.", head, rows, frozenset({2}))
 
 
 # --- design ---------------------------------------------------------------------------------------
@@ -108,11 +110,11 @@ def example_table(design: Design) -> Table:
 def energy_table(flights: PaperFlights) -> Table:
     """Return both energies of each flight in both counts."""
     rows = []
-    for name, words in FLIGHT_WORDS.items():
+    for words, name, flown in _both_plants(flights):
         row = [words]
         for metric in ("drag_energy", "acceleration_energy"):
             for count in ("paper", "J"):
-                row.append(spread_words(spread_of(flights.realistic[name], f"{metric}_{count}")))
+                row.append(spread_words(spread_of(flown, f"{metric}_{count}")))
             perfect = spread_of([flights.perfect[name]], f"{metric}_paper")
             row.append(number(perfect.mean))
         rows.append(row)
@@ -133,14 +135,21 @@ def error_table(flights: PaperFlights) -> Table:
         "attitude_error_rms_rad": ("angle, RMS (°)", math.degrees(1.0)),
     }
     rows = []
-    for name, words in FLIGHT_WORDS.items():
+    for words, _, flown in _both_plants(flights):
         row = [words]
         for metric, (_, factor) in shown.items():
-            row.append(spread_words(spread_of(flights.realistic[name], metric), factor))
+            row.append(spread_words(spread_of(flown, metric), factor))
         rows.append(row)
     head = ["", *(words for words, _ in shown.values())]
     caption = "Errors over the whole flight, every physics step counted alike."
     return Table(caption, head, rows, frozenset(range(1, 5)))
+
+
+def _both_plants(flights: PaperFlights) -> Iterator[tuple[str, str, list[Flown]]]:
+    """Return words, scenario and flights: each in the realistic plant, then without momentum."""
+    for name, words in FLIGHT_WORDS.items():
+        yield words, name, flights.realistic[name]
+        yield f"{words}, no rotor momentum", name, flights.without_momentum[name]
 
 
 def variant_table(flights: PaperFlights) -> Table:
@@ -194,7 +203,7 @@ def ablation_table(ablation: Ablation) -> Table:
 
 
 def lag_table(lag: Lag, flights: PaperFlights) -> Table:
-    """Return what a reference without rates explains: closed form, flown, and the paper."""
+    """Return what a reference without feed-forward gives: closed form, flown, and the paper."""
     errors = (
         ("‖e_R‖", "attitude_error", "attitude_error_paper", lag.attitude_error),
         ("position (mm)", "position_error", "position_error_mean_m", 1e3 * lag.position_error),
@@ -205,7 +214,7 @@ def lag_table(lag: Lag, flights: PaperFlights) -> Table:
             factor = MEASURES[metric].factor
             as_stated, without = (
                 spread_of(flown[name], metric, factor)
-                for flown in (flights.realistic, flights.pose_only)
+                for flown in (flights.without_momentum, flights.pose_only)
             )
             claimed = paper.claims()[f"{key}_{case}"].value
             assert claimed is not None
@@ -219,8 +228,8 @@ def lag_table(lag: Lag, flights: PaperFlights) -> Table:
                     difference_words(without.mean / claimed - 1.0),
                 ]
             )
-    head = ["mean error", "the paper", "as stated", "no rates told", "closed form", "difference"]
-    caption = "What follows if the reference tells where to be, but not how fast."
+    head = ["mean error", "the paper", "as stated", "no feed-forward", "closed form", "difference"]
+    caption = "A reference without velocity and acceleration feed-forward, no rotor momentum."
     return Table(caption, head, rows, frozenset(range(1, 6)))
 
 

@@ -22,6 +22,8 @@ class PaperClaim:
         A short name.
     text, where : str
         The claim in our words, and the part of the paper where it stands.
+    rule : str
+        What kind of claim it is, and so the rule by which it is judged: see `verdicts.RULES`.
     value : float or None
         Its number, if it is one.
     unit : str
@@ -33,6 +35,7 @@ class PaperClaim:
     key: str
     text: str
     where: str
+    rule: str
     value: float | None = None
     unit: str = ""
     about: Mapping[str, Any] = field(default_factory=dict)
@@ -43,7 +46,7 @@ def claims() -> Mapping[str, PaperClaim]:
     """Return every claim of the paper by its key, in the paper's order."""
     found = {}
     for entry in _content()["claim"]:
-        own = {name: entry.pop(name) for name in ("key", "text", "where")}
+        own = {name: entry.pop(name) for name in ("key", "text", "where", "rule")}
         value, unit = entry.pop("value", None), entry.pop("unit", "")
         found[own["key"]] = PaperClaim(**own, value=value, unit=unit, about=entry)
     return found

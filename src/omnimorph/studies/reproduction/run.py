@@ -35,8 +35,10 @@ from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flight_claims import judge_flights
 from omnimorph.studies.reproduction.flights import A, B, count_flights, fly_paper
 from omnimorph.studies.reproduction.frontier import physical_limits
+from omnimorph.studies.reproduction.hypotheses import count_hypotheses, fly_hypotheses
 from omnimorph.studies.reproduction.interference import replay_experiment
-from omnimorph.studies.reproduction.page import write_page
+from omnimorph.studies.reproduction.markdown import results_text
+from omnimorph.studies.reproduction.page import command, write_page
 from omnimorph.studies.reproduction.pictures import N_PICTURES, draw_pictures
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.tilt_choice import (
@@ -66,8 +68,9 @@ def reproduce(out: Path, plan: Plan, progress: Progress | None = None) -> Path:
     ----------
     out : Path
         A folder: a new one, an empty one, or one that this function wrote before. It gets
-        ``report.html``, ``results.json``, ``run-paper-case-a.nc``, ``run-paper-case-b.nc``,
-        ``figures/`` with every figure as SVG and PDF, and ``flights.jsonl``.
+        ``report.html``, ``results.json`` and ``results.md``, ``run-paper-case-a.nc`` and
+        ``run-paper-case-b.nc``, ``figures/`` with every figure as SVG and PDF, and
+        ``flights.jsonl``.
     plan : Plan
         How much is flown.
     progress : callable, optional
@@ -114,7 +117,13 @@ class _Work:
         self.plan, self.log = plan, log
         self.flown: dict[str, list[tuple[Job, Flown]]] = {}
         self._progress, self._done = progress, 0
-        counts = (count_flights, count_ablation, count_degraded, count_choices)
+        counts = (
+            count_flights,
+            count_hypotheses,
+            count_ablation,
+            count_degraded,
+            count_choices,
+        )
         self._total = sum(count(plan) for count in counts) + N_PICTURES
 
     def find(self) -> Findings:
@@ -127,6 +136,7 @@ class _Work:
             gaps = aside.submit(measure_gaps, plan.seeds[0])
             return Findings(
                 flights=fly_paper(plan, fly_them),
+                hypotheses=fly_hypotheses(plan, fly_them),
                 ablation=fly_ablation(plan, fly_them),
                 degraded=fly_degraded(plan, fly_them, physical.result()),
                 degraded_runs=_fly_drawn_losses(plan),
@@ -178,6 +188,8 @@ def _write(findings: Findings, work: _Work, folder: Path) -> None:
         flown=work.flown,
         run_files=list(names.values()),
     )
+    rows = [row for part in judged.values() for row in part]
+    write_text(folder / "results.md", results_text(findings, rows, command(work.plan)))
     # Last, as it makes the folder ours.
     text = json.dumps(_plain(_results(findings, judged, work)), indent=2, allow_nan=False)
     write_text(folder / "results.json", text + "\n")
@@ -190,7 +202,7 @@ def _judged(findings: Findings) -> dict[str, list[Judged]]:
     sections = {
         "design": [row for row in design if not row.claim.key.startswith(forces)],
         "forces": [row for row in design if row.claim.key.startswith(forces)],
-        "flights": judge_flights(findings.flights),
+        "flights": judge_flights(findings.flights, findings.hypotheses),
         "interference": findings.experiment.judged,
         "degraded": findings.degraded.judged,
     }
@@ -204,7 +216,7 @@ def _results(findings: Findings, judged: dict[str, list[Judged]], work: _Work) -
     flights = findings.flights
     return {
         "schema": SCHEMA,
-        "schema_version": 2,
+        "schema_version": 3,
         "version": flights.runs[A].provenance.version,
         "quick": work.plan.quick,
         "seeds": list(work.plan.seeds),
@@ -215,6 +227,7 @@ def _results(findings: Findings, judged: dict[str, list[Judged]], work: _Work) -
         "claims": [row.as_dict() for rows in judged.values() for row in rows],
         "design": findings.design.as_dict(),
         "flights": flights.as_dict(),
+        "hypotheses": [one.as_dict() for one in findings.hypotheses],
         "ablation": findings.ablation.as_dict(),
         "interference": findings.experiment.as_dict(),
         "degraded": findings.degraded.as_dict(),

@@ -15,12 +15,16 @@ from omnimorph.studies.reproduction.ablation import (
     LESS,
     MORE,
     PERFECT,
-    REFERENCE,
     Ablation,
     Condition,
 )
 from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import A, B, PaperFlights
+from omnimorph.studies.reproduction.hypotheses import (
+    MOMENTUM_AND_WAKES,
+    WITH_MOMENTUM,
+    Hypothesis,
+)
 from omnimorph.studies.reproduction.lost_thrust import CASES, KINDS, POSE_KEPT
 from omnimorph.studies.reproduction.tilt_choice import THREE, TiltChoice
 from omnimorph.studies.reproduction.verdicts import Judged, Verdict
@@ -69,16 +73,17 @@ def _energies(flights: PaperFlights) -> str:
 
 
 def _errors(findings: Findings) -> str:
-    flights, lag = findings.flights, findings.ablation.lag
+    flights = findings.flights
     position = [1e3 * _mean(flights, name, "position_error_mean_m") for name in (A, B)]
     theirs = [paper.claims()[f"position_error_{key}"].value or 0.0 for key in ("a", "b")]
-    sines = [paper.claims()[f"attitude_error_{key}"].value or 0.0 for key in ("a", "b", "w3")]
+    best = [one for one in findings.hypotheses if one.verdict is Verdict.CONJECTURED]
+    most = max(best, key=lambda one: one.explained)
+    fitted = next(one for one in findings.hypotheses if one.verdict is Verdict.CALIBRATED)
     return (
         f"Flown as stated, {number(position[0], 2)} and {number(position[1], 2)} mm in Cases A and "
-        f"B where the paper has {number(theirs[0])} and {number(theirs[1])}. If its reference told "
-        f"no rates, ‖e_R‖ would be {number(lag.attitude_error, 2)} in every flight; the paper has "
-        f"{listed([number(value, 2) for value in sines])}. Case B's position error stays "
-        "unexplained."
+        f"B where the paper has {number(theirs[0])} and {number(theirs[1])}. Of the paper's six "
+        f"mean errors, a conjecture explains {most.explained} ({most.label}), a fit "
+        f"{fitted.explained} ({fitted.label})."
     )
 
 
@@ -101,9 +106,13 @@ def _less_thrust(findings: Findings) -> str:
 # --- why ------------------------------------------------------------------------------------------
 
 
-def reasons(ablation: Ablation) -> list[str]:
-    """Return what the ablation shows: what moves the tilt, what makes errors, what is left."""
-    return [_why_the_tilt_climbs(ablation), *_what_makes_errors(ablation), _what_is_left(ablation)]
+def reasons(ablation: Ablation, hypotheses: Sequence[Hypothesis]) -> list[str]:
+    """Return what the ablation shows: what moves the tilt, what makes errors, and which errors."""
+    return [
+        _why_the_tilt_climbs(ablation),
+        *_what_makes_errors(ablation),
+        _what_makes_case_b_worse(hypotheses),
+    ]
 
 
 def _find(ablation: Ablation, group: str, label: str) -> Condition:
@@ -146,20 +155,17 @@ def _what_makes_errors(ablation: Ablation) -> list[str]:
     return sentences
 
 
-def _what_is_left(ablation: Ablation) -> str:
-    without = _find(ablation, REFERENCE, "no rates")
-    sine, distance = (
-        [without.spread(name, metric).mean for name in CASES]
-        for metric in ("attitude_error_paper", "position_error_mean_m")
-    )
+def _what_makes_case_b_worse(hypotheses: Sequence[Hypothesis]) -> str:
+    """Return Case B's position error over Case A's: momentum alone, and with interference."""
+    momentum = next(one for one in hypotheses if one.label == WITH_MOMENTUM)
+    both = next(one for one in hypotheses if one.label == MOMENTUM_AND_WAKES)
     claims = paper.claims()
+    ours = [number(one.ratio_of_position_errors, 2) for one in (momentum, both)]
+    theirs = (claims["position_error_b"].value or 0.0) / (claims["position_error_a"].value or 1.0)
     return (
-        f"A reference that tells no rates gives ‖e_R‖ {number(sine[0], 2)} and "
-        f"{number(sine[1], 2)} (the paper: {claims['attitude_error_a'].value} and "
-        f"{claims['attitude_error_b'].value}) and {number(1e3 * distance[0], 2)} and "
-        f"{number(1e3 * distance[1], 2)} mm (the paper: {claims['position_error_a'].value:g} and "
-        f"{claims['position_error_b'].value:g}). What makes Case B's position error larger than "
-        "Case A's, and its attitude error not, could not be explained."
+        f"Case B's position error is {ours[0]} times Case A's with rotor momentum, and {ours[1]} "
+        f"times with interference as well (the paper: {number(theirs, 2)}). No single imperfection "
+        "brings both this ratio and the paper's attitude errors."
     )
 
 

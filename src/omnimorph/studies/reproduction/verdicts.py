@@ -1,21 +1,60 @@
-"""How far agreement with the paper counts: what was chosen so that it agrees proves nothing."""
+"""How each claim of the paper is judged: by a rule for its kind, and by what our answer rests on.
+
+What kind a claim is of stands beside it in ``paper.toml``; the rule of that kind decides whether it
+holds, `verdict_of` what that is worth. What was chosen so that it agrees proves nothing.
+"""
 
 from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from omnimorph.report.tables import number
+from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.paper import PaperClaim
 
-__all__ = ["FAR", "NEAR", "Judged", "Verdict", "range_words"]
+__all__ = [
+    "NEAR",
+    "RULES",
+    "Basis",
+    "Judged",
+    "Verdict",
+    "bound_holds",
+    "is_near",
+    "judge",
+    "order_holds",
+    "range_words",
+    "survival_holds",
+    "verdict_of",
+]
 
 NEAR = 0.10
 """As a share of the paper's value: near enough to say that it comes out."""
-FAR = 0.20
-"""Farther than this, even what was chosen to agree is not explained."""
+
+RULES = {
+    "exact": "A count or a statement of mathematics holds if it is true as it stands.",
+    "number": f"A number holds if ours lies within {100 * NEAR:g} % of it.",
+    "bound": (
+        "A bound (“up to”) holds if ours, rounded to the paper's digits, is not below it: what it "
+        "allows must be allowed."
+    ),
+    "order": (
+        "An order holds if it holds between all flights of the one and all of the other; it does "
+        "not if it is reversed between all of them. Otherwise the seeds do not settle it."
+    ),
+    "survival": (
+        "A vehicle survives if Wilson's 95 % interval of the share of its flights that do lies "
+        "above one half, and fails if it lies below. Two things are counted: flights that are not "
+        "lost, and flights that keep the pose. The claim holds if it holds for both."
+    ),
+}
+"""The kinds of claims and when one of that kind holds."""
 
 
 class Verdict(enum.Enum):
@@ -35,23 +74,120 @@ class Verdict(enum.Enum):
 
 
 _MEANINGS = {
-    Verdict.PREDICTED: (
-        f"It comes out, a number within {100 * NEAR:g} %, and nothing was fitted to it."
-    ),
+    Verdict.PREDICTED: "It holds by its rule, and nothing was fitted to it.",
     Verdict.CALIBRATED: (
-        "A parameter, or the flight, was chosen from it. That it comes out proves little."
+        "It holds, but a parameter, or the flight, was chosen from it. That it does proves little."
     ),
     Verdict.CONJECTURED: (
-        "It does not follow from what the paper states, but comes out under one further "
-        "assumption, which is named. Nothing was fitted."
+        "It does not hold as the paper states it, but does under one further assumption, which is "
+        "named. Nothing was fitted."
     ),
     Verdict.ASSUMED: (
-        "The number follows from what the paper does not publish and we assumed: noise, rotor lag, "
-        "the length of the way. Near or far, it decides nothing."
+        "What the paper does not publish decides it: noise, rotor lag, the length of the path, a "
+        "limit. Or the seeds do not settle it."
     ),
     Verdict.CONTRADICTED: "It does not hold; the reason is a proof, a closed form or a flight.",
-    Verdict.NOT_EXPLAINED: "It differs, and nothing that we tried accounts for it.",
+    Verdict.NOT_EXPLAINED: "The number differs, and nothing that we tried accounts for it.",
 }
+
+
+class Basis(enum.Enum):
+    """What our answer to a claim rests on."""
+
+    DERIVED = "mathematics, or what the paper states"
+    FLOWN = "flights in a plant whose lag and noise are our assumptions"
+    CHOSEN = "a parameter that was chosen from the claim"
+    ASSUMED = "what the paper does not publish"
+
+
+def verdict_of(
+    rule: str, holds: bool | None, basis: Basis, explained: Verdict | None = None
+) -> Verdict:
+    """Return how a claim stands.
+
+    Parameters
+    ----------
+    rule : str
+        Of `RULES`.
+    holds : bool or None
+        What the rule says; None where it does not settle it.
+    basis : Basis
+    explained : Verdict, optional
+        What it is called if it does not hold, but does under an assumption.
+    """
+    if holds is None or basis is Basis.ASSUMED:
+        return explained or Verdict.ASSUMED
+    if holds:
+        return Verdict.CALIBRATED if basis is Basis.CHOSEN else Verdict.PREDICTED
+    if explained is not None:
+        return explained
+    by_size = rule == "number" and basis is not Basis.DERIVED
+    return Verdict.NOT_EXPLAINED if by_size else Verdict.CONTRADICTED
+
+
+# --- rules ----------------------------------------------------------------------------------------
+
+
+def is_near(here: float, claimed: float) -> bool:
+    """Tell whether a number is near enough to the paper's.
+
+    Examples
+    --------
+    >>> is_near(1.09, 1.0), is_near(0.89, 1.0), is_near(math.nan, 1.0)
+    (True, False, False)
+    """
+    return abs(here - claimed) <= NEAR * abs(claimed)
+
+
+def bound_holds(here: float, claimed: float) -> bool:
+    """Tell whether what "up to `claimed`" allows is allowed, to the last digit that is printed.
+
+    Examples
+    --------
+    >>> bound_holds(6.6, 7.0), bound_holds(6.42, 7.0), bound_holds(8.0, 7.0)
+    (True, False, True)
+    """
+    digits = len(str(claimed).rstrip("0").partition(".")[2])
+    return round(here, digits) >= claimed
+
+
+def order_holds(*pairs: tuple[ArrayLike, ArrayLike]) -> bool | None:
+    """Tell whether all of the first lie below all of the second, in each pair.
+
+    None if one pair is neither so nor all the other way round.
+
+    Examples
+    --------
+    >>> order_holds(([1, 2], [3, 4])), order_holds(([3, 4], [1, 2])), order_holds(([1, 3], [2, 4]))
+    (True, False, None)
+    """
+    answers = [_below(np.asarray(low), np.asarray(high)) for low, high in pairs]
+    return False if False in answers else None if None in answers else True
+
+
+def _below(low: Any, high: Any) -> bool | None:
+    if low.max() < high.min():
+        return True
+    return False if high.max() < low.min() else None
+
+
+def survival_holds(intervals: Sequence[tuple[float, float]], *, fails: bool) -> bool | None:
+    """Tell whether most flights survive (or fail), from intervals of shares, by each criterion.
+
+    None where one criterion says yes and another no, or the seeds do not settle it.
+
+    Examples
+    --------
+    >>> survival_holds([(0.84, 1.0), (0.0, 0.16)], fails=False) is None
+    True
+    >>> survival_holds([(0.0, 0.2), (0.0, 0.16)], fails=True)
+    True
+    """
+    answers = [None if low <= 0.5 <= high else (high < 0.5) == fails for low, high in intervals]
+    return answers[0] if len(set(answers)) == 1 else None
+
+
+# --- rows -----------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,6 +209,9 @@ class Judged:
     here, low, high : float or None
         Our number, in the unit of the claim: mean, smallest and largest over seeds, or all the
         same; None for a claim in words.
+    explained : bool
+        Whether the verdict is that of an assumption, which `why` names: what stands here does not
+        hold.
     """
 
     claim: PaperClaim
@@ -83,6 +222,7 @@ class Judged:
     here: float | None = None
     low: float | None = None
     high: float | None = None
+    explained: bool = False
 
     @property
     def difference(self) -> float | None:
@@ -97,8 +237,8 @@ class Judged:
         unit = f" {self.claim.unit}" if self.claim.unit else ""
         if self.claim.value is None:
             return f"Here: {self.found}."
-        told = f"The paper: {number(self.claim.value, 5)}{unit}. Here: {self.here_in_words}{unit}"
-        return f"{told}; {self.found}." if self.found else f"{told}."
+        both = f"The paper: {number(self.claim.value, 5)}{unit}. Here: {self.here_in_words}{unit}"
+        return f"{both}; {self.found}." if self.found else f"{both}."
 
     @property
     def here_in_words(self) -> str:
@@ -114,6 +254,7 @@ class Judged:
             "key": claim.key,
             "text": claim.text,
             "where": claim.where,
+            "rule": claim.rule,
             "unit": claim.unit,
             "paper": claim.value,
             "here": self.here,
@@ -122,9 +263,52 @@ class Judged:
             "difference": self.difference,
             "found": self.found,
             "verdict": self.verdict.value,
+            "explained": self.explained,
             "why": self.why,
             "command": self.command,
         }
+
+
+def judge(
+    key: str,
+    *,
+    basis: Basis,
+    why: str,
+    command: str,
+    found: str = "",
+    here: float | None = None,
+    low: float | None = None,
+    high: float | None = None,
+    holds: bool | None = None,
+    explained: Verdict | None = None,
+) -> Judged:
+    """Judge a claim: a number or a bound from `here`, anything else from `holds`.
+
+    `low` and `high` are `here` unless given; `explained` is as in `verdict_of`.
+    """
+    claim = paper.claims()[key]
+    if claim.value is not None:
+        assert here is not None
+        value = float(here)
+        here, low, high = value, value if low is None else low, value if high is None else high
+        decide = {"exact": _is_same, "number": is_near, "bound": bound_holds}[claim.rule]
+        holds = decide(value, claim.value)
+    verdict = verdict_of(claim.rule, holds, basis, explained)
+    return Judged(
+        claim=claim,
+        found=found,
+        verdict=verdict,
+        why=why,
+        command=command,
+        here=here,
+        low=low,
+        high=high,
+        explained=explained is not None and holds is not True,
+    )
+
+
+def _is_same(here: float, claimed: float) -> bool:
+    return here == claimed
 
 
 def range_words(mean: float, low: float, high: float) -> str:

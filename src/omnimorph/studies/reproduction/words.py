@@ -8,7 +8,7 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_WORDS", "difference_words", "spread_words"]
+__all__ = ["FLIGHT_WORDS", "difference_words", "mean_words", "spread_words"]
 
 FLIGHT_WORDS = {
     A: "Case A",
@@ -42,6 +42,28 @@ def spread_words(spread: Spread, factor: float = 1.0) -> str:
         decimals = _decimals(half)
         shown = [f"{value:.{decimals}f}" for value in (mean, half, low, high)]
         text = "{} ± {} ({} … {})".format(*shown)
+    if spread.completed < spread.flights:
+        text += f", {spread.completed} of {spread.flights}"
+    return text.replace("-", "−")
+
+
+def mean_words(spread: Spread) -> str:
+    """Return a mean with half of its 95 % interval, rounded up, to four digits at most.
+
+    Examples
+    --------
+    >>> mean_words(Spread(10.852, 10.80, 10.91, 0.0131, 20, 20))
+    '10.85 ± 0.02'
+    >>> mean_words(Spread(0.050394, 0.05, 0.051, 5.2e-6, 20, 20))
+    '0.05039 ± 0.00001'
+    """
+    if spread.completed == 0:
+        return f"none of {spread.flights}"
+    if not spread.half_width > 0.0:
+        return number(spread.mean, 3)
+    decimals = min(_decimals(spread.half_width), _decimals(spread.mean) + 3)
+    half_width = math.ceil(spread.half_width * 10**decimals) / 10**decimals
+    text = f"{spread.mean:.{decimals}f} ± {half_width:.{decimals}f}"
     if spread.completed < spread.flights:
         text += f", {spread.completed} of {spread.flights}"
     return text.replace("-", "−")

@@ -1,0 +1,44 @@
+"""What the hypotheses on the paper's errors come to, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from omnimorph.report.tables import Table, number
+from omnimorph.studies.reproduction.hypotheses import CASES, Hypothesis, error_claims
+from omnimorph.studies.reproduction.verdicts import NEAR
+from omnimorph.studies.reproduction.words import FLIGHT_WORDS, mean_words
+
+__all__ = ["hypothesis_table", "objection_table"]
+
+
+def hypothesis_table(hypotheses: Sequence[Hypothesis]) -> Table:
+    """Return the paper's six mean errors under every hypothesis, and how many come out."""
+    claims = list(error_claims())
+    rows = [["the paper", *(number(claim.value or 0.0, 3) for claim in claims), "", ""]]
+    for one in hypotheses:
+        means = [
+            mean_words(one.spread(claim.about["scenario"], claim.about["metric"]))
+            for claim in claims
+        ]
+        standing = "as stated" if one.verdict is None else one.verdict.value
+        rows.append([one.label, *means, f"{one.explained} of {len(claims)}", standing])
+    head = [
+        "",
+        *(f"position, {FLIGHT_WORDS[name]} (mm)" for name in CASES),
+        *(f"‖e_R‖, {FLIGHT_WORDS[name]}" for name in CASES),
+        f"within {100 * NEAR:g} %",
+        "verdict",
+    ]
+    caption = "Mean errors with half of their 95 % intervals."
+    return Table(caption, head, rows, frozenset(range(1, 8)))
+
+
+def objection_table(hypotheses: Sequence[Hypothesis]) -> Table:
+    """Return what speaks against each hypothesis."""
+    rows = [
+        [one.label, number(one.ratio_of_position_errors, 2), "; ".join(one.objections)]
+        for one in hypotheses
+    ]
+    head = ["", "position error, B over A", "against it"]
+    return Table("What speaks against each.", head, rows, frozenset({1}))

@@ -37,7 +37,7 @@ reproduce: setup  ## reproduce the paper, claim by claim, in reproduction/report
 test: setup  ## the quick tests
 	$(BIN)/python -m pytest $(IN_PARALLEL) -m "not slow"
 
-test-slow: setup  ## all other tests; need clang, qemu, chromium and ffmpeg (.ci/run has the packages)
+test-slow: setup $(VENV)/engines  ## all other tests; need clang, qemu, chromium and ffmpeg (.ci/run has the packages)
 	$(BIN)/python -m pytest $(IN_PARALLEL) -m slow
 
 test-all: test test-slow  ## both
@@ -58,10 +58,13 @@ stub: setup  ## write src/omnimorph/_core.pyi, what type checkers know of the co
 bench: setup  ## measure the speed on this machine
 	$(BIN)/omnimorph bench
 
-lock: $(VENV)/uv-$(UV_VERSION)  ## resolve pyproject.toml and requirements.in into requirements.lock
-	$(UV) pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
-		--no-emit-find-links --custom-compile-command "make lock" --upgrade --extra view \
-		pyproject.toml requirements.in --output-file requirements.lock
+LOCK := pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url \
+	--no-emit-find-links --custom-compile-command "make lock" --upgrade
+
+lock: $(VENV)/uv-$(UV_VERSION)  ## resolve what pyproject.toml and requirements.in name into both locks
+	$(UV) $(LOCK) --extra view pyproject.toml requirements.in --output-file requirements.lock
+	$(UV) $(LOCK) --constraint requirements.lock requirements-engines.in \
+		--output-file requirements-engines.lock
 
 clean:  ## remove everything that was made here
 	rm -rf $(VENV) build dist reproduction .hypothesis .import_linter_cache .mypy_cache \
@@ -80,6 +83,11 @@ $(VENV)/uv-$(UV_VERSION):
 
 $(VENV)/synced: requirements.lock $(VENV)/uv-$(UV_VERSION)
 	$(UV) pip sync --quiet --compile-bytecode --python $(BIN)/python --require-hashes requirements.lock
+	@touch $@
+
+# What only slow tests need, on top; `setup` leaves it out.
+$(VENV)/engines: requirements-engines.lock $(VENV)/synced
+	$(UV) pip install --quiet --python $(BIN)/python --require-hashes --requirements $<
 	@touch $@
 
 # Rewritten only when it changes, so that a removed file or a turned switch also counts.

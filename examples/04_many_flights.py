@@ -42,7 +42,8 @@ def main() -> None:
             np.abs(double.runs[k].p_WB - single.runs[k].p_WB).max() for k in double.runs
         )  # fmt: skip
         tilt = max(
-            np.abs(double.runs[k].tilt - single.runs[k].tilt).max() for k in double.runs
+            np.abs(run.tilt_actual - single.runs[k].tilt_actual).max()
+            for k, run in double.runs.items()
         )  # fmt: skip
         energy = np.abs(single.metrics.drag_energy_J / double.metrics.drag_energy_J - 1.0).max()
         print(f"{name:14s} {1e6 * place:6.1f} µm {np.degrees(tilt):6.2f} deg, energy {energy:.1e}")

@@ -349,9 +349,9 @@ class TextbookFlight(NamedTuple):
     R_WB: Array  # (K, 3, 3)
     v_WB: Array  # (K, 3) m/s
     w_WB_B: Array  # (K, 3) rad/s
-    thrust: Array  # (K, n) N, commanded
+    thrust_command: Array  # (K, n) N
     tilt_command: Array  # (K, m) rad
-    tilt: Array  # (K, m) rad, actual
+    tilt_actual: Array  # (K, m) rad
     speed: Array  # (K, n) rad/s, actual
     cost: Array  # (K,)
     kkt_residual: Array  # (K,)

@@ -53,14 +53,14 @@ def assert_same_flight(run: Run, told: textbook.TextbookFlight, tolerance: float
     rows, decided = len(told.time), len(told.time) - 1
     assert len(run.time) >= rows
     np.testing.assert_allclose(run.time[:rows], told.time, rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(run.tilt[:rows], told.tilt, rtol=0.0, atol=SAME_TILT)
+    np.testing.assert_allclose(run.tilt_actual[:rows], told.tilt_actual, rtol=0.0, atol=SAME_TILT)
     np.testing.assert_allclose(
         run.tilt_command[:decided], told.tilt_command[:decided], rtol=0.0, atol=SAME_TILT
     )
     np.testing.assert_allclose(run.p_WB[:rows], told.p_WB, rtol=0.0, atol=tolerance)
     np.testing.assert_allclose(run.R_WB[:rows], told.R_WB, rtol=0.0, atol=tolerance)
     np.testing.assert_allclose(
-        run.thrust[:decided], told.thrust[:decided], rtol=0.0, atol=SAME_THRUST
+        run.thrust_command[:decided], told.thrust_command[:decided], rtol=0.0, atol=SAME_THRUST
     )
     assert run.kkt_residual.max() <= PROVEN
     assert told.kkt_residual.max() <= PROVEN
@@ -95,8 +95,8 @@ def test_the_tilt_is_the_same_while_it_has_to_move(plant: str) -> None:
     )
     run = om.fly(om.load_scenario("paper-case-b"), plant=plant, reference=ours, seed=0)
     assert_same_flight(run, fly_textbook("b", plant, SHORT, theirs), SAME_SHORT)
-    assert np.degrees(run.tilt.max()) > 5.0
-    assert np.ptp(run.tilt[-200:]) > 0.0
+    assert np.degrees(run.tilt_actual.max()) > 5.0
+    assert np.ptp(run.tilt_actual[-200:]) > 0.0
 
 
 def test_both_bounds_of_the_thrust_are_met_alike() -> None:
@@ -116,7 +116,7 @@ def test_both_bounds_of_the_thrust_are_met_alike() -> None:
     vehicle = scenario.vehicle
     limit = np.where(decided == 1, vehicle.thrust_max, vehicle.thrust_min)
     at_limit = decided != 0
-    np.testing.assert_array_equal(told.thrust[:-1][at_limit], limit[at_limit])
+    np.testing.assert_array_equal(told.thrust_command[:-1][at_limit], limit[at_limit])
 
 
 @pytest.mark.slow
@@ -142,7 +142,7 @@ def test_both_realistic_plants_are_one() -> None:
     assert not noise.filtered
     np.testing.assert_allclose(noise.deviation, told.noise, rtol=1e-15)
     run = om.fly(om.load_scenario("paper-case-a"), seed=0)
-    assert (np.abs(run.thrust) <= run.vehicle.thrust_max).all()
+    assert (np.abs(run.thrust_command) <= run.vehicle.thrust_max).all()
 
 
 def test_the_perfect_plant_has_no_effect_and_decides_at_every_step() -> None:

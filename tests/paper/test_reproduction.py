@@ -339,6 +339,7 @@ def test_the_kept_runs_are_those_of_the_page(out: Path, results: dict[str, Any])
         run = om.load_run(out / f"run-{name}.nc")
         assert run.provenance.content_hash == results["flights"]["content_hash"][name]
         assert run.provenance.content_hash in text
+    assert set(re.findall(r"\brotor (\d)", text)) == set("01234567"), "numbered from 0"
 
 
 @pytest.mark.slow

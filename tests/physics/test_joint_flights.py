@@ -110,8 +110,8 @@ def test_six_servos_hover_roll_by_60_degrees_and_hold_it(tmp_path: Path, pairs: 
     rolled = np.degrees(np.arctan2(run.R_WB[:, 2, 1], run.R_WB[:, 2, 2]))
     held = (run.time >= 4.2) & (run.time <= 7.0)
     np.testing.assert_allclose(rolled[held], 60.0, atol=0.1)
-    np.testing.assert_allclose(run.tilt[run.time < 2.0], 0.0, atol=1e-3)
-    assert np.abs(run.tilt[held]).max() > 0.5
+    np.testing.assert_allclose(run.tilt_actual[run.time < 2.0], 0.0, atol=1e-3)
+    assert np.abs(run.tilt_actual[held]).max() > 0.5
     step = np.radians(570.0) * 1e-3
     assert np.abs(np.diff(run.tilt_command[:-1], axis=0)).max() <= step * (1.0 + 1e-9)
     assert np.abs(run.tilt_command).max() <= np.radians(170.0)

@@ -118,7 +118,7 @@ def test_a_vehicle_that_can_hold_every_attitude_keeps_it() -> None:
             om.fly(replace(scenario, attitude_gives_way=flag)) for flag in (False, True)
         )
         np.testing.assert_array_equal(first.p_WB, second.p_WB)
-        np.testing.assert_array_equal(first.thrust, second.thrust)
+        np.testing.assert_array_equal(first.thrust_command, second.thrust_command)
 
 
 def test_the_controller_stepped_from_python_does_the_same() -> None:

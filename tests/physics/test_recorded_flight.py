@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.run import Run
 from omnimorph.verification.setting import spin_axes
 
@@ -65,7 +66,7 @@ def test_attitude_is_a_rotation_to_the_end(run: Run) -> None:
 def test_wrench_comes_from_speeds_and_tilt(run: Run) -> None:
     vehicle, rows = run.vehicle, slice(0, None, 97)
     signed = run.speed[rows] * np.abs(run.speed[rows])
-    axes = np.array([spin_axes(vehicle, tilt) for tilt in run.tilt[rows]])
+    axes = np.array([spin_axes(vehicle, tilt) for tilt in run.tilt_actual[rows]])
     force = (vehicle.thrust_coefficient * signed)[:, :, np.newaxis] * axes
     drag = (vehicle.rotor_spin * vehicle.drag_coefficient * signed)[:, :, np.newaxis] * axes
     torque = np.cross(vehicle.rotor_position, force) - drag
@@ -73,22 +74,55 @@ def test_wrench_comes_from_speeds_and_tilt(run: Run) -> None:
     np.testing.assert_allclose(run.wrench_achieved[rows], wrench, rtol=0, atol=1e-12)
 
 
+def test_actual_thrusts_and_the_drag_make_the_wrench() -> None:
+    """Damage, another coefficient, lag and the wakes of others are in the thrust of each rotor."""
+    scenario = om.load_scenario("paper-case-b")
+    share = (1.0, 0.9, 1.0, 1.0, 0.7, 1.0, 1.0, 1.0)
+    worn = (
+        om.effects.RotorLag(),
+        om.effects.ModelMismatch(thrust_coefficient=0.95),
+        om.effects.Effectiveness(share=share),
+        om.effects.Interference(),
+    )
+    start = scenario.reference(0.0)
+    way = SegmentReference(start.p_WB, start.R_WB, [Segment(0.4, (0.01, 0.0, 0.02))])
+    plant = replace(scenario.plant, effects=worn)
+    run = om.fly(replace(scenario, reference=way, plant=plant))
+    truth = plant.true_vehicle(run.vehicle)
+    signed = run.speed * np.abs(run.speed)
+    alone = np.array(share) * truth.thrust_coefficient * signed
+    lost = 1.0 - run.thrust_actual / alone
+    upper = run.vehicle.rotor_position[:, 2] > 0.0
+    np.testing.assert_allclose(lost[:, upper], 0.0, atol=1e-15)
+    assert (lost[:, ~upper] > 0.1).all(), "they hover below others, hardly tilted"
+    axes = np.array([spin_axes(run.vehicle, tilt) for tilt in run.tilt_actual])
+    force = run.thrust_actual[:, :, np.newaxis] * axes
+    drag = (truth.rotor_spin * truth.drag_coefficient * signed)[:, :, np.newaxis] * axes
+    torque = np.cross(truth.rotor_position, force) - drag
+    wrench = np.hstack([force.sum(axis=1), torque.sum(axis=1)])
+    np.testing.assert_allclose(run.wrench_achieved, wrench, rtol=0, atol=1e-12)
+
+
 def test_actuators_follow_their_commands() -> None:
     run = om.fly(om.load_scenario("paper-case-a"), seed=2)
-    asked = np.sign(run.thrust) * np.sqrt(np.abs(run.thrust) / run.vehicle.thrust_coefficient)
+    asked = np.sign(run.thrust_command) * np.sqrt(
+        np.abs(run.thrust_command) / run.vehicle.thrust_coefficient
+    )
     limited = np.clip(asked, run.vehicle.speed_min, run.vehicle.speed_max)[:-1]
     speed = limited + (run.speed[:-1] - limited) * np.exp(-STEP / 0.020)
     np.testing.assert_allclose(run.speed[1:], speed, rtol=0, atol=1e-9)
-    way = np.clip(run.tilt_command[:-1] - run.tilt[:-1], *(STEP * np.radians([-100.0, 100.0])))
-    np.testing.assert_allclose(run.tilt[1:], run.tilt[:-1] + way, rtol=0, atol=1e-14)
+    way = np.clip(
+        run.tilt_command[:-1] - run.tilt_actual[:-1], *(STEP * np.radians([-100.0, 100.0]))
+    )
+    np.testing.assert_allclose(run.tilt_actual[1:], run.tilt_actual[:-1] + way, rtol=0, atol=1e-14)
 
 
 def test_commands_are_held_for_a_control_period() -> None:
     run = om.fly(om.load_scenario("hover"), seed=2)
-    for column in (run.thrust, run.tilt_command, run.wrench_asked, run.cost):
+    for column in (run.thrust_command, run.tilt_command, run.wrench_asked, run.cost):
         held = column[:-1].reshape(-1, 4, *column.shape[1:])
         np.testing.assert_array_equal(held, np.broadcast_to(held[:, :1], held.shape))
-    assert len(np.unique(run.thrust[::4, 0])) > 1000
+    assert len(np.unique(run.thrust_command[::4, 0])) > 1000
 
 
 def test_power_of_the_rotors_is_the_change_of_energy() -> None:

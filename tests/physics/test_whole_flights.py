@@ -29,8 +29,8 @@ def test_case_b_flown_from_another_heading_is_the_turned_flight() -> None:
     turned = om.fly(scenario, plant="perfect", reference=turned_path)
     np.testing.assert_allclose(turned.p_WB, plain.p_WB @ Q.T, rtol=0, atol=1e-9)
     np.testing.assert_allclose(turned.R_WB, Q @ plain.R_WB, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(turned.thrust, plain.thrust, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(turned.tilt, plain.tilt, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(turned.thrust_command, plain.thrust_command, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(turned.tilt_actual, plain.tilt_actual, rtol=0, atol=1e-12)
 
 
 def test_a_flights_noise_is_its_own() -> None:

@@ -51,8 +51,10 @@ def test_a_number_that_is_not_finite_ends_the_flight_and_keeps_it(part: str, bad
     told = om.fly(scenario, seed=1)
     np.testing.assert_allclose(run.p_WB, told.p_WB[:201], rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(run.speed, told.speed[:201], rtol=0.0, atol=1e-5)
-    np.testing.assert_allclose(run.thrust[:-1], told.thrust[:200], rtol=0.0, atol=1e-8)
-    np.testing.assert_array_equal(run.thrust[-1], run.thrust[-2])
+    np.testing.assert_allclose(
+        run.thrust_command[:-1], told.thrust_command[:200], rtol=0.0, atol=1e-8
+    )
+    np.testing.assert_array_equal(run.thrust_command[-1], run.thrust_command[-2])
     assert run.metrics.position_error_max_m < 0.1
 
 
@@ -65,8 +67,8 @@ def test_an_allocator_that_fails_at_once_leaves_a_run_of_one_row() -> None:
     assert len(run.time) == 1
     np.testing.assert_array_equal(run.p_WB, [[0.0, 0.0, 1.0]])
     np.testing.assert_array_equal(run.R_WB, [np.eye(3)])
-    np.testing.assert_allclose(run.thrust, 1.315 * 9.81 / 8.0, rtol=1e-14)
-    np.testing.assert_array_equal(run.tilt, [[0.0]])
+    np.testing.assert_allclose(run.thrust_command, 1.315 * 9.81 / 8.0, rtol=1e-14)
+    np.testing.assert_array_equal(run.tilt_actual, [[0.0]])
 
 
 def test_a_controller_that_gives_up_loses_the_vehicle() -> None:

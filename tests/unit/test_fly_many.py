@@ -71,7 +71,7 @@ def test_a_centre_of_mass_aside_is_where_the_rotors_push_from() -> None:
     force, torque = run.wrench_achieved[-1, :3], run.wrench_achieved[-1, 3:]
     assert np.linalg.norm(force) == pytest.approx(scenario.vehicle.mass * 9.81, rel=1e-5)
     np.testing.assert_allclose(torque, 0.0, atol=1e-5)
-    by_model = om.allocation_matrix(scenario.vehicle, run.tilt[-1]) @ run.thrust[-1]
+    by_model = om.allocation_matrix(scenario.vehicle, run.tilt_actual[-1]) @ run.thrust_command[-1]
     np.testing.assert_allclose(by_model[3:], np.cross(offset, force), atol=1e-5)
 
 

@@ -122,9 +122,9 @@ def test_every_hub_is_numbered_and_all_is_within_the_picture(name: str) -> None:
     radius = propeller_radius(vehicle)
     for panel in figure.axes:
         words = {text.get_text(): text.get_position() for text in panel.texts}
-        assert [w for w in words if w not in "xyz"] == [f"{i + 1}" for i in range(vehicle.n_rotors)]
+        assert [w for w in words if w not in "xyz"] == [f"{i}" for i in range(vehicle.n_rotors)]
         for i, hub in enumerate(camera().seen(vehicle.rotor_position)):
-            assert math.dist(words[f"{i + 1}"], hub) < 0.4 * radius
+            assert math.dist(words[f"{i}"], hub) < 0.4 * radius
         low, high = np.transpose([panel.get_xlim(), panel.get_ylim()])
         for points, _ in shapes_of(panel):
             assert (low <= points).all()

@@ -73,7 +73,7 @@ def test_a_controller_of_the_core_that_overflows_ends_the_flight(allocator: str)
     assert run.outcome is Outcome.NOT_FINITE
     assert len(run.time) == flight.control_every + 1
     assert np.isfinite(run.p_WB).all()
-    assert not np.isfinite(run.thrust[-1]).all()
+    assert not np.isfinite(run.thrust_command[-1]).all()
     flights = om.fly_many(scenario, 5, vary={"noise": np.array([1.0, 1e160, 1.0, 1e160, 1.0])})
     ends = "completed", "not_finite"
     assert flights.metrics.outcome == (ends[0], ends[1], ends[0], ends[1], ends[0])

@@ -26,8 +26,10 @@ def test_run_is_read_only_but_leaves_the_arrays_it_was_given_alone(
 
 
 def test_run_refuses_columns_of_another_shape(random_run: Callable[..., Run]) -> None:
-    with pytest.raises(InputError, match=r"shape of thrust is \(20, 7\), but it must be \(20, 8\)"):
-        dataclasses.replace(random_run(), thrust=np.zeros((20, 7)))
+    with pytest.raises(
+        InputError, match=r"shape of thrust_command is \(20, 7\), but it must be \(20, 8\)"
+    ):
+        dataclasses.replace(random_run(), thrust_command=np.zeros((20, 7)))
     with pytest.raises(InputError, match="number of rows is 0"):
         random_run(rows=0)
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 import xarray
@@ -22,6 +24,7 @@ from omnimorph.results.store import load_run
 
 NAMES = ["time", *(column.name for column in COLUMNS)]
 OMNIMORPH = load_vehicle("omnimorph")
+OLDER = Path(__file__).parent / "older_files"
 
 
 def without_servos(vehicle: Vehicle) -> Vehicle:
@@ -79,7 +82,7 @@ def test_run_without_servos_comes_back(tmp_path: Path, random_run: Callable[...,
     run = random_run(vehicle=without_servos(OMNIMORPH))
     run.save(tmp_path / "run.nc")
     loaded = load_run(tmp_path / "run.nc")
-    assert loaded.tilt.shape == (20, 0)
+    assert loaded.tilt_actual.shape == (20, 0)
     assert_same(loaded, run)
 
 
@@ -105,9 +108,9 @@ def test_long_texts_come_back(tmp_path: Path, random_run: Callable[..., Run]) ->
 def test_columns_may_be_views_of_one_table(tmp_path: Path, random_run: Callable[..., Run]) -> None:
     """A recording with one row of numbers a step is stored as if each column stood alone."""
     run = random_run()
-    table = np.hstack((run.p_WB, run.v_WB, run.thrust))
+    table = np.hstack((run.p_WB, run.v_WB, run.thrust_command))
     views = dataclasses.replace(
-        run, p_WB=table[:, 0:3], v_WB=table[:, 3:6], thrust=table[:, 6:14][:, ::-1][:, ::-1]
+        run, p_WB=table[:, 0:3], v_WB=table[:, 3:6], thrust_command=table[:, 6:14][:, ::-1][:, ::-1]
     )
     assert not views.p_WB.flags.c_contiguous
     assert views.content_hash == run.content_hash
@@ -125,6 +128,36 @@ def test_loaded_run_can_be_stored_again(
     loaded = load_run(file)
     loaded.save(tmp_path / "again.nc")
     assert_same(load_run(tmp_path / "again.nc"), random_run())
+
+
+def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) -> None:
+    """The file holds 8 ms of `hover`, seed 11, and the hash that its writer gave the run."""
+    older = tmp_path / "older.nc"
+    older.write_bytes(gzip.decompress((OLDER / "run-schema-1.nc.gz").read_bytes()))
+    with h5py.File(older) as file:
+        assert file.attrs["schema_version"] == 1
+        thrust, tilt = file["thrust"][...], file["tilt"][...]
+    run = load_run(older)
+    told = "c28e854664b58d3b4722470e6f73fe433e36726100ce211d76e795db0cb6b719"
+    assert run.provenance.content_hash == told
+    np.testing.assert_array_equal(run.thrust_command, thrust)
+    np.testing.assert_array_equal(run.tilt_actual, tilt)
+    assert np.ptp(thrust) > 0.1
+    assert np.ptp(tilt) > 0.01
+    assert np.isnan(run.thrust_actual).all(), "nobody recorded it"
+    assert run.metrics.drag_energy_J == 0.8843348400165029
+    run.save(tmp_path / "again.nc")
+    assert_same(load_run(tmp_path / "again.nc"), run)
+
+
+@pytest.mark.parametrize("name", ["speed", "thrust", "tilt_command"])
+def test_a_file_of_the_first_schema_that_was_changed_is_refused(tmp_path: Path, name: str) -> None:
+    older = tmp_path / "older.nc"
+    older.write_bytes(gzip.decompress((OLDER / "run-schema-1.nc.gz").read_bytes()))
+    with h5py.File(older, "r+") as file:
+        file[name][3, 0] += 1e-9
+    with pytest.raises(RunFileError, match="its content does not match its hash"):
+        load_run(older)
 
 
 # --- what others see ----------------------------------------------------------------------------
@@ -148,7 +181,7 @@ def test_xarray_sees_names_units_and_frames(file: Path, random_run: Callable[...
         torque = data.wrench_asked.sel(wrench="torque_y")
         np.testing.assert_array_equal(torque, run.wrench_asked[:, 4])
         assert data.servo.values.tolist() == list(run.vehicle.servo_name)
-        assert data.attrs["schema_version"] == 1
+        assert data.attrs["schema_version"] == 2
         assert data.attrs["outcome"] == "lost"
         assert data.attrs["scenario"] == run.provenance.scenario_text
         assert data.attrs["content_hash"] == run.content_hash
@@ -199,7 +232,7 @@ def test_hash_stays_the_same_over_versions_and_machines(random_run: Callable[...
     exact["active"] = np.zeros((2, 8))
     provenance = dataclasses.replace(run.provenance, vehicle_text="a vehicle")
     fixed: Any = {**exact, "provenance": provenance}
-    expected = "e998e05d997b83647c2fa9602dfe7bf6122eadaf42d34571f8609882edf108aa"
+    expected = "558d6b9dc38170d4c2cdf66b45e642f96d0dbeb53bbea8d6d27748a008654615"
     assert dataclasses.replace(run, **fixed).content_hash == expected
 
 

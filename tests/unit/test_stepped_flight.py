@@ -60,7 +60,7 @@ def test_another_controller_at_the_start_is_the_other_scenario() -> None:
     flight = SteppedFlight(a)
     flight.change_controller(b)
     so_far = flown(flight, until=1.0).as_run()
-    np.testing.assert_array_equal(so_far.tilt, om.fly(b).tilt[: len(so_far.time)])
+    np.testing.assert_array_equal(so_far.tilt_actual, om.fly(b).tilt_actual[: len(so_far.time)])
 
 
 def test_a_controller_change_goes_on_from_the_last_command() -> None:
@@ -71,7 +71,7 @@ def test_a_controller_change_goes_on_from_the_last_command() -> None:
     steps = np.abs(np.diff(run.tilt_command[:, 0]))
     limit = a.vehicle.servo_rate_max[0] * a.plant.control_period
     assert steps.max() <= limit * (1 + 1e-9)
-    assert not np.array_equal(run.tilt[-1], om.fly(a).tilt[len(run.time) - 1])
+    assert not np.array_equal(run.tilt_actual[-1], om.fly(a).tilt_actual[len(run.time) - 1])
 
 
 def test_a_push_moves_it_as_its_impulse_says() -> None:

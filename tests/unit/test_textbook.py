@@ -200,11 +200,11 @@ def test_a_short_climb_stays_on_the_reference(vehicle: Vehicle, weights: textboo
     )
     assert flight.time.shape == (251,)
     assert flight.R_WB.shape == (251, 3, 3)
-    assert flight.thrust.shape == flight.speed.shape == (251, 8)
-    assert flight.tilt.shape == flight.tilt_command.shape == (251, 1)
+    assert flight.thrust_command.shape == flight.speed.shape == (251, 8)
+    assert flight.tilt_actual.shape == flight.tilt_command.shape == (251, 1)
     np.testing.assert_allclose(flight.p_WB[-1], reference(0.25).p_WB, atol=1e-4)
     np.testing.assert_allclose(flight.R_WB[-1], np.eye(3), atol=1e-12)
-    assert np.all(flight.tilt == 0.0)
+    assert np.all(flight.tilt_actual == 0.0)
     assert np.max(flight.kkt_residual) <= 1e-12
 
 
@@ -221,9 +221,9 @@ def test_a_noisy_flight_holds_each_command_and_keeps_a_fixed_tilt(vehicle: Vehic
         noise=noise,
         fixed_tilt=True,
     )
-    held = flight.thrust[:-1].reshape(25, 4, 8)
+    held = flight.thrust_command[:-1].reshape(25, 4, 8)
     np.testing.assert_array_equal(held, np.repeat(held[:, :1], 4, axis=1))
     assert np.all(np.any(held[1:, 0] != held[:-1, 0], axis=1))
-    np.testing.assert_array_equal(flight.thrust[-1], flight.thrust[-2])
-    assert np.all(flight.tilt == 0.6)
+    np.testing.assert_array_equal(flight.thrust_command[-1], flight.thrust_command[-2])
+    assert np.all(flight.tilt_actual == 0.6)
     assert np.max(np.linalg.norm(flight.p_WB - flight.p_WB[0], axis=1)) < 0.02

@@ -75,7 +75,7 @@ def test_numbers_are_exact_to_their_last_digit(flight: Flight) -> None:
     frame = flight.frame(500)
     told = {row.key: row.values[0] for row in numbers_of([flight], [frame])}
     assert told["time"] == "0.500"
-    assert told["tilt"] == f"{np.degrees(flight.run.tilt[500, 0]):.2f}"
+    assert told["tilt"] == f"{np.degrees(flight.run.tilt_actual[500, 0]):.2f}"
     assert told["power"] == f"{flight.run.drag_power[500]:.1f}"
 
 
@@ -85,7 +85,7 @@ def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
     assert "missed" not in notices([flight], [calm])
     busy = calm._replace(active=np.array([0, 0, 1, 0, -1, 0, 0, 0.0]), missed_W=2.0 * np.ones(3))
     said = notices([flight], [busy])
-    assert "rotor 3, 5" in said
+    assert "rotor 2, 4" in said
     assert "force missed: 3.46 N" in said
 
 

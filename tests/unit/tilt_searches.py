@@ -104,7 +104,7 @@ def steps_of(run: Run, scenario: Scenario, every: int) -> list[ControlStep]:
         desired = scenario.reference(float(run.time[k]))
         wanted = textbook.reference_acceleration(state, desired, textbook.PAPER_GAINS)
         before = float(run.tilt_command[k - 1, 0])
-        steps.append(ControlStep(state, wanted, run.thrust[k - 1], before))
+        steps.append(ControlStep(state, wanted, run.thrust_command[k - 1], before))
     return steps
 
 

@@ -98,6 +98,20 @@ template <class T, int N> class Plant {
     /// The wrench that the actuators make now.
     const Vec6<T>& wrench_achieved() const { return load_.wrench; }
 
+    /// The thrust that each rotor gives along its axis now, N: at its actual speed, of its share of effectiveness, and what
+    /// the wakes of others leave of it.
+    PerRotor<T, N> thrust_actual() const {
+        PerRotor<T, N> thrust{};
+        for (int i = 0; i < n(); ++i) {
+            const T coefficient = settings_.effectiveness[i] * settings_.vehicle.thrust_coefficient[i];
+            thrust[i] = coefficient * (actuators.speed[i] * magnitude(actuators.speed[i]));
+        }
+        if (!settings_.interference) return thrust;
+        const PerRotor<T, N> kept = wakes_.thrust_kept(wakes_.weights(trigonometry_of(actuators.tilt, settings_.vehicle.n_servos)), actuators.speed);
+        for (int i = 0; i < n(); ++i) thrust[i] = kept[i] * thrust[i];
+        return thrust;
+    }
+
     /// One physics step under the command in force and a disturbance from outside (force in W, torque in B).
     void advance(long step, const Vec6<T>& pushed) {
         const Command<T, N>& command = in_force(step);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 
 #include "controller.hpp"
 #include "plant.hpp"
@@ -15,7 +16,8 @@ enum class FlightStatus { flying, completed, lost, not_finite, diverged };
 struct Record {
     double *p = nullptr, *R = nullptr, *v = nullptr, *w = nullptr;
     double *desired_p = nullptr, *desired_R = nullptr, *desired_v = nullptr, *desired_w = nullptr;
-    double *thrust = nullptr, *speed = nullptr, *tilt = nullptr, *tilt_command = nullptr;
+    double *thrust_command = nullptr, *thrust_actual = nullptr, *speed = nullptr;
+    double *tilt_command = nullptr, *tilt_actual = nullptr;
     double *wrench_asked = nullptr, *wrench_achieved = nullptr, *cost = nullptr, *kkt_residual = nullptr;
     std::int8_t* active = nullptr;
 };
@@ -53,6 +55,9 @@ template <class T, int N> class Flight {
           start_speed_(plant.actuators.speed),
           noise_memory_(MeasurementNoise<T>::at_rest()) {
         for (const Record& record : records_) is_recorded_ = is_recorded_ || record.p != nullptr;
+        from_outside_ = controller.last;  // the start's command, which nobody decided
+        from_outside_.cost = from_outside_.kkt_residual = T(std::numeric_limits<double>::quiet_NaN());
+        for (int c = 0; c < 6; ++c) from_outside_.wrench_asked[c] = from_outside_.cost;
         last_step_.fill(0);
         status_.fill(FlightStatus::flying);
     }
@@ -197,11 +202,12 @@ template <class T, int N> class Flight {
 
     void write_row(const Desired<T>& now) const {
         if (!is_recorded_) return;
+        const PerRotor<T, N> thrust_actual = plant.thrust_actual();
         for (int l = 0; l < vehicles; ++l)
-            if (records_[l].p != nullptr && status_[l] == FlightStatus::flying) write_row(now, l);
+            if (records_[l].p != nullptr && status_[l] == FlightStatus::flying) write_row(now, thrust_actual, l);
     }
 
-    void write_row(const Desired<T>& now, int l) const {
+    void write_row(const Desired<T>& now, const PerRotor<T, N>& thrust_actual, int l) const {
         const int n = plant.settings().vehicle.n_rotors, m = plant.settings().vehicle.n_servos;
         const Motion<T>& x = plant.motion;
         const Record& record = records_[l];
@@ -213,10 +219,11 @@ template <class T, int N> class Flight {
         put(record.desired_R, 9, now.R.a[0], l);
         put(record.desired_v, 3, now.v.a, l);
         put(record.desired_w, 3, now.w.a, l);
-        put(record.thrust, n, decided_->command.thrust.a, l);
-        put(record.tilt_command, m, decided_->command.tilt.a, l);
+        put(record.thrust_command, n, decided_->command.thrust.a, l);
+        put(record.thrust_actual, n, thrust_actual.a, l);
         put(record.speed, n, plant.actuators.speed.a, l);
-        put(record.tilt, m, plant.actuators.tilt.a, l);
+        put(record.tilt_command, m, decided_->command.tilt.a, l);
+        put(record.tilt_actual, m, plant.actuators.tilt.a, l);
         put(record.wrench_asked, 6, decided_->wrench_asked.a, l);
         put(record.wrench_achieved, 6, plant.wrench_achieved().a, l);
         put(record.cost, 1, &decided_->cost, l);
@@ -234,7 +241,7 @@ template <class T, int N> class Flight {
     std::array<long, vehicles> last_step_;
     Mask<T> flying_ = T(0) == T(0);
     Allocation<T, N> from_outside_;
-    const Allocation<T, N>* decided_ = &controller.last;  // the controller's own, which is too large to be copied each time
+    const Allocation<T, N>* decided_ = &from_outside_;  // or the controller's own, which is too large to be copied each time
     typename MeasurementNoise<T>::State noise_memory_;
 };
 

@@ -122,7 +122,7 @@ def _complaint(scenario: Scenario, run: Run) -> str:
         warnings.append(f"{run.outcome_sentence} It flew {flown:g} s of {whole:g} s.")
     elif run.outcome_sentence != run.outcome.value:
         warnings.append(run.outcome_sentence)
-    if unproven := run.metrics.unproven_steps:
+    if (unproven := run.metrics.unproven_steps) > 0:
         warnings.append(
             f"{unproven} control steps are not proven: the KKT residual of their allocation is up "
             f"to {run.metrics.kkt_residual_max:.1e}."

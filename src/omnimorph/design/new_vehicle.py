@@ -111,7 +111,7 @@ def _rotors(count: int, kind: Kind) -> Iterator[str]:
         else:
             side = side if kind == "synchronised" else 1.0
             yield f"hinge = {_vector(side * x, side * y, 0.0)}   # it tilts about this axis\n"
-            yield f'servo = "{"cant" if kind == "synchronised" else f"arm{k + 1}"}"\n'
+            yield f'servo = "{"cant" if kind == "synchronised" else f"arm{k}"}"\n'
         yield f'spin = "{"ccw" if k % 2 == 0 else "cw"}"\n'
 
 
@@ -120,7 +120,7 @@ def _servos(count: int, kind: Kind) -> Iterator[str]:
         yield _SERVO.format(name="cant", low=0.0, high=35.0)
     elif kind == "independent":
         for k in range(count):
-            yield _SERVO.format(name=f"arm{k + 1}", low=-90.0, high=90.0)
+            yield _SERVO.format(name=f"arm{k}", low=-90.0, high=90.0)
 
 
 def _assumed(kind: Kind) -> Iterator[str]:

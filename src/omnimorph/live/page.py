@@ -149,7 +149,7 @@ class LivePage:
             weight = round(self.pilot.weight, 1)
             strength = gui.add_slider("push, N", 0.0, 3.0 * weight, 0.1, weight)
             pushes = gui.add_button_group(f"for {PUSH_SECONDS:g} s", tuple(_DIRECTIONS))
-            rotors = tuple(f"rotor {i + 1}" for i in range(vehicle.n_rotors))
+            rotors = tuple(f"rotor {i}" for i in range(vehicle.n_rotors))
             rotor = gui.add_dropdown("rotor", rotors)
             cut = gui.add_button("Cut its thrust")
             restore = gui.add_button("Restore all rotors")
@@ -244,5 +244,5 @@ def _told(event: dict[str, Any]) -> str:
         return html.escape(event["error"])
     if event["kind"] == "controller":
         return f"controller of {html.escape(event['scenario'])}"
-    cut = [str(rotor + 1) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]
+    cut = [str(rotor) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]
     return f"without thrust: rotor {', '.join(cut)}" if cut else "all rotors restored"

@@ -115,7 +115,7 @@ def tilt_panel(panel: Axes, flights: Sequence[Flight]) -> None:
     """Draw the tilt of flights and its limits into a panel."""
     vehicle = flights[0].run.vehicle
     for flight in flights:
-        for servo in np.degrees(flight.run.tilt).T:
+        for servo in np.degrees(flight.run.tilt_actual).T:
             _line(panel, flight, servo)
     if vehicle.n_servos:
         low, high = np.degrees([vehicle.servo_angle_min[0], vehicle.servo_angle_max[0]])
@@ -258,4 +258,4 @@ def _widen(panel: Axes, least: float) -> None:
 def _rotor_title(i: int, position: FloatArray) -> str:
     """Return a rotor's number and where it sits: the signs of its coordinates."""
     signs = ", ".join("+" if c > 1e-9 else "−" if c < -1e-9 else "0" for c in position)
-    return f"rotor {i + 1}  ({signs})"
+    return f"rotor {i}  ({signs})"

@@ -58,9 +58,9 @@ _TURNS_LEFT, _TURNS_RIGHT = {"marker": r"$\circlearrowleft$"}, {"marker": r"$\ci
 def geometry(vehicle: Vehicle, tilts: Sequence[float]) -> Figure:
     """Draw a vehicle at a few tilts side by side, with all that its design consists of.
 
-    Hubs are numbered from 1. On every propeller are its thrust axis, the axis about which it tilts
-    and the way it turns when its thrust is positive; in the middle is the body frame B. The edges
-    of a box are dashed if the hubs are its corners.
+    Hubs are numbered from 0, as in arrays. On every propeller are its thrust axis, the axis about
+    which it tilts and the way it turns when its thrust is positive; in the middle is the body frame
+    B. The edges of a box are dashed if the hubs are its corners.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def _draw_numbers(panel: Axes, vehicle: Vehicle, tilt: float) -> None:
     spots = camera().seen(vehicle.rotor_position) + 0.36 * radius * _to_the_right(thrust)
     for i, (x, y) in enumerate(spots):
         style: dict[str, Any] = {"ha": "center", "va": "center", "weight": "bold", "zorder": 13}
-        panel.text(x, y, f"{i + 1}", bbox=VEIL, **style)
+        panel.text(x, y, f"{i}", bbox=VEIL, **style)
 
 
 def _to_the_right(arrows: FloatArray) -> FloatArray:

@@ -110,7 +110,7 @@ def tilt_by_plant(flights: Sequence[Flight]) -> Figure:
     figure, axes = new_figure(2.6)
     panel = axes[0, 0]
     for flight in flights:
-        t, v = thin(flight.run.time, np.degrees(flight.run.tilt[:, 0]), COLUMNS)
+        t, v = thin(flight.run.time, np.degrees(flight.run.tilt_actual[:, 0]), COLUMNS)
         panel.plot(t, v, color=flight.look.colour, linestyle=flight.look.line, label=flight.label)
     panel.set_ylabel("tilt (°)")
     mark_time([panel], flights)

@@ -119,7 +119,7 @@ def metrics_from_sums(
         last_rows = np.where(completed, sums.last_rows, np.nan)
         drag = physics_step * sums.drag_power + 0.0 * rows
         spin_up = sums.energy_gained + 0.0 * rows
-        tilts = rows * n_servos if n_servos else np.inf
+        tilts = rows * n_servos if n_servos else np.full(len(rows), np.nan)
         columns = {
             "position_error_mean_m": sums.distance / rows,
             "position_error_rms_m": np.sqrt(sums.distance_squared / rows),
@@ -132,9 +132,9 @@ def metrics_from_sums(
             "drag_energy_paper": drag / _TURN,
             "acceleration_energy_J": spin_up,
             "acceleration_energy_paper": spin_up / _TURN**2,
-            "tilt_mean_deg": np.rad2deg(sums.tilt / tilts) + 0.0 * rows,
-            "tilt_max_deg": np.rad2deg(sums.tilt_max if n_servos else 0.0) + 0.0 * rows,
-            "tilt_min_deg": np.rad2deg(sums.tilt_min if n_servos else 0.0) + 0.0 * rows,
+            "tilt_mean_deg": np.rad2deg(sums.tilt / tilts),
+            "tilt_max_deg": np.rad2deg(sums.tilt_max) + 0.0 * tilts,
+            "tilt_min_deg": np.rad2deg(sums.tilt_min) + 0.0 * tilts,
             "saturated_share": sums.saturated_rows / rows,
             "speed_max_Hz": sums.speed_max / _TURN + 0.0 * rows,
             "power_mean_W": np.where(duration > 0, drag / duration, np.nan),

@@ -57,7 +57,7 @@ class Metrics:
     acceleration_energy_paper : float
         The same with w in Hz: `acceleration_energy_J` / 4π².
     tilt_mean_deg, tilt_max_deg, tilt_min_deg : float
-        Of the actual tilt, over time and servos; 0 for a vehicle without servos.
+        Of the actual tilt, over time and servos; not a number for a vehicle without servos.
     saturated_share : float
         Share of the rows in which at least one rotor was commanded to a limit of its thrust, 0 … 1.
     speed_max_Hz : float
@@ -68,7 +68,7 @@ class Metrics:
         Largest KKT residual of the allocation; not a number if the allocator gives none.
     unproven_steps : int
         How many control steps the core's allocation did not prove: their KKT residual is larger
-        than 1e-9, or 1e-4 in single precision.
+        than 1e-9, or 1e-4 in single precision. Not a number if the allocator gives none.
     position_error_last_second_m, attitude_error_last_second_rad : float
         Mean of ‖p − p_d‖ and of θ over the last second; not a number if the flight ended before.
     duration_s : float
@@ -95,7 +95,7 @@ class Metrics:
     speed_max_Hz: float
     power_mean_W: float
     kkt_residual_max: float
-    unproven_steps: int
+    unproven_steps: float
     position_error_last_second_m: float
     attitude_error_last_second_rad: float
     duration_s: float
@@ -144,7 +144,8 @@ def metrics_from_run(run: Run) -> Metrics:
 def _measured(run: Run, rows: int) -> Metrics:
     distance, angle, sine = _errors(run, rows)
     drag, spin_up, speed_max = _rotor_energies(run, rows)
-    tilt = np.rad2deg(run.tilt[:rows]) if run.vehicle.n_servos else np.zeros(1)
+    tilt = np.rad2deg(run.tilt_actual[:rows])
+    tilts = (tilt.mean(), tilt.max(), tilt.min()) if tilt.size else 3 * (math.nan,)
     duration = float(run.time[rows - 1] - run.time[0])
     return Metrics(
         position_error_mean_m=float(distance.mean()),
@@ -158,9 +159,9 @@ def _measured(run: Run, rows: int) -> Metrics:
         drag_energy_paper=drag / _TURN,
         acceleration_energy_J=spin_up,
         acceleration_energy_paper=spin_up / _TURN**2,
-        tilt_mean_deg=float(tilt.mean()),
-        tilt_max_deg=float(tilt.max()),
-        tilt_min_deg=float(tilt.min()),
+        tilt_mean_deg=float(tilts[0]),
+        tilt_max_deg=float(tilts[1]),
+        tilt_min_deg=float(tilts[2]),
         saturated_share=float(run.active[:rows].any(axis=1).mean()),
         speed_max_Hz=speed_max / _TURN,
         power_mean_W=drag / duration if duration > 0 else math.nan,
@@ -200,14 +201,18 @@ def _mean_of_last_second(run: Run, values: FloatArray) -> float:
     return float(values[left < LAST_SECOND].mean())
 
 
-def _unproven_steps(run: Run, rows: int) -> int:
+def _unproven_steps(run: Run, rows: int) -> float:
     """Return how many control steps were not proven; where nothing was decided there is none."""
     flown = run.provenance
     every = max(round(min(flown.control_period / flown.physics_step, len(run.time))), 1)
     decided = rows - 1 if run.outcome.name == "COMPLETED" else rows
     single = '"precision": "float32"' in flown.scenario_text
     proof = PROOF_IN_SINGLE_PRECISION if single else PROOF
-    return int(np.count_nonzero(run.kkt_residual[:decided:every] > proof))
+    residual = run.kkt_residual[:decided:every]
+    failed = run.outcome.name == "NOT_FINITE"  # the last decision, if it was one
+    if len(residual) > failed and np.isnan(residual).all():
+        return math.nan
+    return int(np.count_nonzero(residual > proof))
 
 
 def _rotor_energies(run: Run, rows: int) -> tuple[float, float, float]:
@@ -233,7 +238,7 @@ def _finite_rows(run: Run) -> int:
         run.desired_p_WB,
         run.desired_R_WB,
         run.speed,
-        run.tilt,
+        run.tilt_actual,
     ):
         # A sum is finite only if all its terms are: the usual case needs no array of answers.
         if np.isfinite(column[:rows].sum()):

@@ -1,9 +1,9 @@
 """`Run`: everything one flight left behind, as columns over time.
 
 Row k of K belongs to the time t_k = k h, h the physics step; the last row is the final state. In
-row k the motion, the rotor speeds, the tilt and the achieved wrench are those at t_k; the desired
-motion, the command and the allocation are those of the step that begins at t_k (a command is held
-between control steps).
+row k the motion, the rotors' actual speeds and thrusts, the actual tilt and the achieved wrench are
+those at t_k; the desired motion, the command and the allocation are those of the step that begins
+at t_k (a command is held between control steps).
 """
 
 from __future__ import annotations
@@ -154,10 +154,11 @@ COLUMNS: tuple[Column, ...] = (
     Column("desired_R_WB", _MATRIX, "1", _BODY_TO_WORLD, "desired attitude, rotation matrix"),
     Column("desired_v_WB", ("axis",), "m/s", "W", "desired velocity"),
     Column("desired_w_WB_B", ("axis",), "rad/s", "B desired", "desired body rate"),
-    Column("thrust", ("rotor",), "N", "", "thrust commanded, along the rotor's axis"),
+    Column("thrust_command", ("rotor",), "N", "", "thrust commanded, along the rotor's axis"),
+    Column("thrust_actual", ("rotor",), "N", "", "actual thrust, along the rotor's axis"),
     Column("speed", ("rotor",), "rad/s", "", "actual speed of the rotor"),
-    Column("tilt", ("servo",), "rad", "", "actual tilt"),
     Column("tilt_command", ("servo",), "rad", "", "tilt commanded"),
+    Column("tilt_actual", ("servo",), "rad", "", "actual tilt"),
     Column("wrench_asked", ("wrench",), _WRENCH_UNITS, "B", "wrench the controller asked for"),
     Column("wrench_achieved", ("wrench",), _WRENCH_UNITS, "B", "wrench the rotors made"),
     Column("drag_power", (), "W", "", "power against the drag of all rotors, by the true vehicle"),
@@ -187,14 +188,17 @@ class Run:
         Body rate.
     desired_p_WB, desired_R_WB, desired_v_WB, desired_w_WB_B : arrays
         The desired motion, likewise; the body rate in the desired B.
-    thrust : (K, n) array, N
-        Commanded thrust.
+    thrust_command, thrust_actual : (K, n) array, N
+        Along the axis of each rotor: the thrust commanded, and the one that the rotor gives at its
+        actual speed, by the true coefficient, less what damage and wakes take. The actual one is
+        NaN in a run read from a file of schema 1, which lacks it.
     speed : (K, n) array, rad/s
         Actual speed.
-    tilt, tilt_command : (K, m) array, rad
-        Actual and commanded tilt.
+    tilt_command, tilt_actual : (K, m) array, rad
+        Commanded and actual tilt.
     wrench_asked, wrench_achieved : (K, 6) array, N and N m, in B
-        Force, then torque: what the controller asked for, what the rotors made.
+        Force, then torque: what the controller asked for (NaN if it asked for none), what the
+        rotors made.
     drag_power : (K,) array, W
         Σ c_τ |w|³ with the drag coefficients of the vehicle that flew, which need not be those the
         controller believes in.
@@ -226,10 +230,11 @@ class Run:
     desired_R_WB: FloatArray
     desired_v_WB: FloatArray
     desired_w_WB_B: FloatArray
-    thrust: FloatArray
+    thrust_command: FloatArray
+    thrust_actual: FloatArray
     speed: FloatArray
-    tilt: FloatArray
     tilt_command: FloatArray
+    tilt_actual: FloatArray
     wrench_asked: FloatArray
     wrench_achieved: FloatArray
     drag_power: FloatArray

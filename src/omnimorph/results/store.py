@@ -29,13 +29,12 @@ from omnimorph.design.input_files import open_input
 from omnimorph.errors import InputError, OmnimorphError, RunFileError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import replacing
+from omnimorph.results.older_files import SCHEMA_VERSION, add_missing, names_in_file
 from omnimorph.results.run import COLUMNS, Column, Outcome, Performance, Provenance, Run
 
 __all__ = ["SCHEMA_VERSION", "hash_content", "load_run", "save_run"]
 
 SCHEMA = "omnimorph run"
-SCHEMA_VERSION = 1
-"""Grows when the meaning of a file changes; older files stay readable."""
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LONGEST_FIXED_TEXT = 32_000  # bytes; HDF5 keeps no more than 64 KiB beside an object
@@ -65,13 +64,18 @@ def hash_content(run: Run) -> str:
     return _hash(vars(run), run.outcome, run.provenance)
 
 
-def _hash(columns: Mapping[str, Any], outcome: Outcome, provenance: Provenance) -> str:
+def _hash(
+    columns: Mapping[str, Any],
+    outcome: Outcome,
+    provenance: Provenance,
+    version: int = SCHEMA_VERSION,
+) -> str:
     told = dataclasses.asdict(provenance)
     del told["content_hash"]
     record = {"schema": SCHEMA, "outcome": outcome.name, "provenance": told}
     digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
-    for name in ("time", *(column.name for column in COLUMNS)):
-        array = _stored(columns[name])
+    for column, name in {"time": "time", **names_in_file(version)}.items():
+        array = _stored(columns[column])
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.reshape(-1).view(np.uint8))
     return digest.hexdigest()
@@ -233,16 +237,17 @@ def _read_hdf5(path: str | Path, file: Any) -> Run:
 def _read(path: str | Path, file: Any) -> Run:
     from omnimorph.design.files import parse_vehicle
 
-    _check_schema(path, file.attrs)
+    version = _schema_version(path, file.attrs)
     told = {name: _attribute(path, file, key) for key, name in _ATTRIBUTES.items()}
     told["content_hash"] = _attribute(path, file, "content_hash")
     outcome = _outcome(path, file)
-    _check_size(path, file)
-    columns = _columns(path, file)
+    _check_size(path, file, version)
+    columns = _columns(path, file, version)
     try:
         provenance = Provenance(**told)
-        if _hash(columns, outcome, provenance) != provenance.content_hash:
+        if _hash(columns, outcome, provenance, version) != provenance.content_hash:
             raise _unreadable(path, "its content does not match its hash: changed or damaged")
+        add_missing(columns, version)
         return Run(
             **columns,
             outcome=outcome,
@@ -256,13 +261,13 @@ def _read(path: str | Path, file: Any) -> Run:
         raise _unreadable(path, f"it does not hold a run ({str(error).rstrip('.')})") from error
 
 
-def _check_size(path: str | Path, file: Any) -> None:
+def _check_size(path: str | Path, file: Any, version: int) -> None:
     """Refuse columns that claim more than the file holds, or than memory does, before any is read.
 
     HDF5 makes up the numbers that were never written, so that a small file can claim any size.
     """
     needed = 0
-    for name in ("time", *(column.name for column in COLUMNS)):
+    for name in ("time", *names_in_file(version).values()):
         if name in file:
             data = file[name]
             chunk = math.prod(data.chunks or ()) * data.dtype.itemsize
@@ -276,13 +281,15 @@ def _check_size(path: str | Path, file: Any) -> None:
     refuse_more_than_memory(f"{path}: its columns", needed, "read a shorter run")
 
 
-def _columns(path: str | Path, file: Any) -> dict[str, Any]:
-    columns = {"time": _column(path, file, "time")}
+def _columns(path: str | Path, file: Any, version: int = SCHEMA_VERSION) -> dict[str, Any]:
+    columns, names = {"time": _column(path, file, "time")}, names_in_file(version)
     for column in COLUMNS:
+        if column.name not in names:
+            continue
         if "servo" in column.dims and "servo" not in file:
             columns[column.name] = np.zeros((len(columns["time"]), 0))
         else:
-            columns[column.name] = _column(path, file, column.name)
+            columns[column.name] = _column(path, file, names[column.name])
     return columns
 
 
@@ -309,7 +316,7 @@ def _check_signature(path: str | Path, start: bytes) -> None:
         raise _unreadable(path, "it is not a netCDF-4 file")
 
 
-def _check_schema(path: str | Path, attributes: Any) -> None:
+def _schema_version(path: str | Path, attributes: Any) -> int:
     if _plain(attributes.get("schema")) != SCHEMA:
         raise _unreadable(path, "it is a netCDF-4 or HDF5 file, but not a run of omnimorph")
     version = _plain(attributes.get("schema_version"))
@@ -322,6 +329,7 @@ def _check_schema(path: str | Path, attributes: Any) -> None:
             f"{writer}), but this one reads up to {SCHEMA_VERSION}; install a newer omnimorph.",
             file=str(path),
         )
+    return version
 
 
 def _attribute(path: str | Path, file: Any, key: str) -> Any:

@@ -24,7 +24,7 @@ from omnimorph.reference.rows import desired_from_row
 from omnimorph.results.run import Run
 from omnimorph.simulation.loop_parts import whole_number
 from omnimorph.simulation.parts_in_flight import in_flight
-from omnimorph.simulation.plant import PlantLike, as_plant, as_state, send
+from omnimorph.simulation.plant import NOT_ASKED, PlantLike, as_plant, as_state, send
 from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
 from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 
@@ -32,7 +32,6 @@ __all__ = ["fly", "measurement_noise"]
 
 Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
-_UNKNOWN = np.full(6, np.nan)
 
 
 def fly(
@@ -184,7 +183,7 @@ class _Loop(SteppedFlight):
         """Ask the part written in Python; return its command and the wrench it was asked for."""
         state = as_state(state_numbers)
         if controller is not None:
-            return controller(self.time, state, desired_from_row(desired_numbers)), _UNKNOWN
+            return controller(self.time, state, desired_from_row(desired_numbers)), NOT_ASKED
         assert allocator is not None
         wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
         asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)

@@ -33,6 +33,7 @@ from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 
 __all__ = [
     "INTEGRATORS",
+    "NOT_ASKED",
     "TIME_STEPS",
     "PlantLike",
     "PlantModel",
@@ -43,6 +44,8 @@ __all__ = [
 
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
 _NO_WRENCH = np.zeros(6)
+NOT_ASKED = np.full(6, np.nan)
+"""The wrench asked for by what gives commands alone."""
 _POSITIVE = "a positive number of milliseconds"
 
 TIME_STEPS = Range(1e-3, 1e4)
@@ -245,7 +248,7 @@ class SimulatedPlant:
         parts = [as_numbers(part) for part in command]
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
-        send(self._flight, Command(*parts), _NO_WRENCH)
+        send(self._flight, Command(*parts), NOT_ASKED)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.

@@ -140,8 +140,8 @@ def turn_of_the_world() -> Result:
         largest(Q @ one.R_WB - other.R_WB),
         largest(one.v_WB @ Q.T - other.v_WB),
         largest(one.w_WB_B - other.w_WB_B),
-        largest(one.thrust - other.thrust),
-        largest(one.tilt - other.tilt),
+        largest(one.thrust_command - other.thrust_command),
+        largest(one.tilt_actual - other.tilt_actual),
     ]
     return Result(value=max(errors), tolerance=1e-9)
 

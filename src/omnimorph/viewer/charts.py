@@ -89,7 +89,7 @@ def charts_of(flights: Sequence[Flight]) -> list[Chart]:
         key = _key(servos) if len(servos) > 1 else whose
         charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits)), key))
     limits = {limit for flight in flights for limit in _speed_limits(flight)}
-    rotors = _key([str(i + 1) for i in range(max(f.vehicle.n_rotors for f in flights))])
+    rotors = _key([str(i) for i in range(max(f.vehicle.n_rotors for f in flights))])
     charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), rotors))
     power = _one_each(flights, lambda f: f.run.drag_power)
     return [*charts, Chart("power against drag, W", power, (), whose)]
@@ -217,7 +217,7 @@ def _tilts(flights: Sequence[Flight]) -> tuple[Curve, ...]:
     found = []
     for k, flight in enumerate(flights):
         names = flight.vehicle.servo_name
-        for j, angle in enumerate(np.degrees(flight.run.tilt).T):
+        for j, angle in enumerate(np.degrees(flight.run.tilt_actual).T):
             shade = _SHADES[(j + k) % len(_SHADES)]
             label = f"{flight.name} {names[j]}"
             found.append(Curve(label, flight.run.time, angle, _look(shade, k)))
@@ -229,7 +229,7 @@ def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
     for k, flight in enumerate(flights):
         for i, speed in enumerate(flight.run.speed.T / (2.0 * np.pi)):
             shade = _SHADES[i % len(_SHADES)]
-            label = f"{flight.name} rotor {i + 1}"
+            label = f"{flight.name} rotor {i}"
             found.append(Curve(label, flight.run.time, speed, _look(shade, k)))
     return tuple(found)
 

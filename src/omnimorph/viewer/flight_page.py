@@ -236,8 +236,9 @@ def numbers_of(flights: Sequence[Flight], frames: Sequence[Frame]) -> list[Row]:
     return [
         *rows,
         row("fastest-rotor", "fastest rotor", "Hz", lambda _, f: f"{_fastest(f):.2f}"),
-        row("power", "power", "W", lambda _, f: f"{f.power:.1f}"),
-        row("missed-force", "missed force", "N", lambda _, f: f"{_norm(f.missed_W):.3f}"),
+        row("largest-thrust", "largest thrust", "N", lambda _, f: _decimals(_strongest(f), 3)),
+        row("power", "power", "W", lambda _, f: _decimals(f.power, 1)),
+        row("missed-force", "missed force", "N", lambda _, f: _decimals(_norm(f.missed_W), 3)),
     ]
 
 
@@ -251,7 +252,7 @@ def notices(
     lines = []
     for flight, frame in zip(flights, frames, strict=True):
         name = f"{html.escape(flight.name)}: " if len(flights) > 1 else ""
-        at_limit = [str(i + 1) for i in np.flatnonzero(frame.active)]
+        at_limit = [str(i) for i in np.flatnonzero(frame.active)]
         if at_limit:
             lines.append(f"{name}at the limit: rotor {', '.join(at_limit)}")
         if _norm(frame.missed_W) > MISSED * flight.vehicle.mass * GRAVITY:
@@ -276,6 +277,14 @@ def _angles(tilt: FloatArray) -> str:
 
 def _fastest(frame: Frame) -> float:
     return float(np.abs(frame.speed).max()) / (2.0 * np.pi)
+
+
+def _strongest(frame: Frame) -> float:
+    return float(np.abs(frame.thrust).max())
+
+
+def _decimals(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}" if np.isfinite(value) else "—"
 
 
 def _norm(vector: FloatArray) -> float:

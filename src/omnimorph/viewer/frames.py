@@ -44,10 +44,12 @@ class Frame(NamedTuple):
         Actual, signed.
     turns : (n,) array, rad
         How far the blades have turned about their thrust axes, slowed down for the eye.
+    thrust : (n,) array, N
+        Actual, signed; not a number if the run does not tell.
     active : (n,) array
         −1 or 1 where the commanded thrust is at its lower or upper limit.
     missed_W : (3,) array, N
-        Force asked for that the rotors do not make, in W; zero if nobody asked for a wrench.
+        Force asked for that the rotors do not make, in W; not a number if nobody asked for one.
     power : float
         Against drag, W.
     position_error_mm, attitude_error_deg : float
@@ -62,6 +64,7 @@ class Frame(NamedTuple):
     tilt: FloatArray
     speed: FloatArray
     turns: FloatArray
+    thrust: FloatArray
     active: FloatArray
     missed_W: FloatArray
     power: float
@@ -144,7 +147,7 @@ class Flight:
 def can_be_shown(columns: Mapping[str, Any], rows: slice) -> NDArray[np.bool_]:
     """Tell which of some rows of a run's columns can be shown: finite, and within sight."""
     p = columns["p_WB"][rows]
-    seen = (p, columns["R_WB"][rows], columns["speed"][rows], columns["tilt"][rows])
+    seen = (p, columns["R_WB"][rows], columns["speed"][rows], columns["tilt_actual"][rows])
     finite = [np.isfinite(part.reshape(len(p), -1)).all(axis=1) for part in seen]
     near = (np.abs(p) < _FARTHEST).all(axis=1)
     return np.asarray(np.all(finite, axis=0) & near)
@@ -180,11 +183,12 @@ def frame_of(
         wxyz=wxyz,
         desired_p_WB=at("desired_p_WB"),
         desired_wxyz=desired_wxyz,
-        tilt=at("tilt"),
+        tilt=at("tilt_actual"),
         speed=at("speed"),
         turns=turns,
+        thrust=at("thrust_actual"),
         active=at("active").astype(np.float64),
-        missed_W=np.nan_to_num(R[0] @ missed),
+        missed_W=R[0] @ missed,
         power=float(power),
         position_error_mm=1e3 * float(np.linalg.norm(at("p_WB") - at("desired_p_WB"))),
         attitude_error_deg=float(attitude_error_between(R[:1], R[1:]).angle_deg[0]),

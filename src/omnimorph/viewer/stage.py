@@ -102,9 +102,8 @@ class Actor:
         trail : (K, 3) array, m, optional
             The way it came; by default the poses shown before.
         """
-        thrust = self.vehicle.thrust_coefficient * frame.speed * np.abs(frame.speed)
         self.solid.place(frame.p_WB, frame.wxyz)
-        self.solid.show(frame.tilt, thrust, frame.turns, frame.active)
+        self.solid.show(frame.tilt, np.nan_to_num(frame.thrust), frame.turns, frame.active)
         self.ghost.place(frame.desired_p_WB, frame.desired_wxyz)
         self.ghost.root.visible = self.ghost_shown and self._is_apart(frame)
         self._spot.position = np.array([frame.p_WB[0], frame.p_WB[1], self._ground])
@@ -134,7 +133,7 @@ class Actor:
     def _show_missed(self, frame: Frame) -> None:
         weight = self.vehicle.mass * GRAVITY
         share = float(np.linalg.norm(frame.missed_W)) / weight
-        shown = share > MISSED
+        shown = share > MISSED  # never, if no wrench was asked for
         tip = frame.p_WB + 2.0 * self._reach * frame.missed_W / weight
         points = np.array([[frame.p_WB, tip if shown else frame.p_WB + 1e-3]])
         shade = [colours.ORANGE]

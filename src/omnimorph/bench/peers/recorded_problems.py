@@ -81,7 +81,7 @@ def _of_run(scenario: Scenario, run: Run, count: int, share: float) -> list[Prob
     problems = []
     for k in (np.linspace(every, last, count).astype(int) // every * every).tolist():
         motion = State(run.p_WB[k], run.R_WB[k], run.v_WB[k], run.w_WB_B[k])
-        before, tilt = run.thrust[k - every], run.tilt_command[k - every]
+        before, tilt = run.thrust_command[k - every], run.tilt_command[k - every]
         problems.append(_at(scenario, motion, wishes[k], before, tilt))
     return problems
 

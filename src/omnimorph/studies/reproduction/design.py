@@ -180,7 +180,11 @@ def _judge_matrix(matrix: PrintedMatrix) -> Judged:
     wrong = matrix.misprints
     places = ", ".join(f"({row}, {column})" for row, column in wrong)
     count = sum(len(row) for row in matrix.entries)
-    found = f"{len(wrong)} of {count} entries are misprinted: {places}" if wrong else "no misprint"
+    found = (
+        f"{len(wrong)} of {count} entries are misprinted: {places}, row and column from 1"
+        if wrong
+        else "no misprint"
+    )
     why = (
         "Only otherwise are the torques the moments of the printed thrust axes and of their drag; "
         "its columns are not in the order of eq. (1), and its L is a half-edge."

@@ -137,7 +137,7 @@ def _fixed_tilt_alike(flights: PaperFlights) -> _Answer:
 
 def _tilt_of_case_a(flights: PaperFlights) -> _Answer:
     run = flights.runs[A]
-    tilt = np.degrees(run.tilt[run.time >= _FIRST_CLIMB])
+    tilt = np.degrees(run.tilt_actual[run.time >= _FIRST_CLIMB])
     top = math.degrees(float(run.vehicle.servo_angle_max[0]))
     low, mean, high = float(tilt.min()), float(tilt.mean()), float(tilt.max())
     text = (
@@ -168,7 +168,7 @@ def _tilt_by_task(run: Run) -> tuple[float, float, float]:
     settled = run.time >= 1.0
     vertical = level & settled & (speed[:, 2] > 1e-3)
     sideways = level & settled & (speed[:, :2].max(axis=1) > 1e-3)
-    tilt = np.degrees(run.tilt[:, 0])
+    tilt = np.degrees(run.tilt_actual[:, 0])
     low, side, rest = (float(tilt[rows].mean()) for rows in (vertical, sideways, ~level))
     return low, side, rest
 

@@ -278,7 +278,7 @@ def dead_rotor_table(degraded: Degraded) -> Table:
         [f"{FLIGHT_WORDS[name]}, {criterion}", *("{} of {}".format(*share) for share in shares)]
         for (name, criterion), shares in degraded.dead.items()
     ]
-    head = ["", *(f"rotor {k + 1}" for k in rotors)]
+    head = ["", *(f"rotor {k}" for k in rotors)]
     caption = "One rotor gives no thrust at all."
     return Table(caption, head, rows, frozenset(k + 1 for k in rotors))
 

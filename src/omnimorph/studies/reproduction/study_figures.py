@@ -195,7 +195,7 @@ def draw_tilt_choice(found: TiltChoice) -> Figure:
             for choice, look in zip(found.choices, ORDER[1:], strict=False)
         ]
         best = np.interp(shown[0].run.time, found.oracle.time, found.oracle.tilt)
-        oracle = replace(shown[0].run, tilt=best[:, None])
+        oracle = replace(shown[0].run, tilt_actual=best[:, None])
         cases[FLIGHT_WORDS[name]] = [*shown, Flight("oracle of least power", oracle, ORDER[0])]
     return tilt_by_choice(cases)
 

@@ -1,0 +1,55 @@
+"""The columns of a run's file by its schema version: names, order, and what older ones lack."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from omnimorph.results.run import COLUMNS
+
+__all__ = ["SCHEMA_VERSION", "add_missing", "names_in_file"]
+
+SCHEMA_VERSION = 2
+"""Grows when the meaning of a file changes; older files stay readable.
+
+1 had the thrust commanded as ``thrust``, the actual tilt as ``tilt``, and no actual thrust.
+"""
+
+_SCHEMA_1 = {
+    "p_WB": "p_WB",
+    "R_WB": "R_WB",
+    "v_WB": "v_WB",
+    "w_WB_B": "w_WB_B",
+    "desired_p_WB": "desired_p_WB",
+    "desired_R_WB": "desired_R_WB",
+    "desired_v_WB": "desired_v_WB",
+    "desired_w_WB_B": "desired_w_WB_B",
+    "thrust_command": "thrust",
+    "speed": "speed",
+    "tilt_actual": "tilt",
+    "tilt_command": "tilt_command",
+    "wrench_asked": "wrench_asked",
+    "wrench_achieved": "wrench_achieved",
+    "drag_power": "drag_power",
+    "cost": "cost",
+    "kkt_residual": "kkt_residual",
+    "active": "active",
+}
+
+
+def names_in_file(version: int) -> dict[str, str]:
+    """Return the columns that a file of a schema holds, and their names there, as it hashes them.
+
+    Examples
+    --------
+    >>> names_in_file(1)["tilt_actual"], "thrust_actual" in names_in_file(1)
+    ('tilt', False)
+    """
+    return _SCHEMA_1 if version == 1 else {column.name: column.name for column in COLUMNS}
+
+
+def add_missing(columns: dict[str, Any], version: int) -> None:
+    """Add the columns that files of a schema lack: numbers that nobody recorded are NaN."""
+    if version == 1:
+        columns["thrust_actual"] = np.full(np.shape(columns["thrust_command"]), np.nan)

@@ -294,8 +294,8 @@ def rotor_speed(vehicle: Vehicle, thrust: Array) -> Array:
 
 def hover_thrust(vehicle: Vehicle, tilt: Array) -> Array:
     """Equal thrusts (n,) [N] that carry the level vehicle: m g / Σ e3·z_i(α) each."""
-    weight = np.full(vehicle.n_rotors, vehicle.mass * GRAVITY)
-    return np.asarray(weight / thrust_axes(vehicle, tilt)[:, 2].sum())
+    lift = np.full(vehicle.n_rotors, thrust_axes(vehicle, tilt)[:, 2].sum())
+    return vehicle.mass * GRAVITY / lift
 
 
 def measure(state: State, sigma: Sequence[float], noise: Array) -> State:
@@ -329,8 +329,7 @@ def step_body(
 ) -> State:
     """Newton–Euler for h [s], semi-implicit Euler; wrench (6,) = [f_B; τ_B] [N; N m] in B.
 
-    v̇ = −g e3 + R f_B/m and L̇ = −ω × L + τ_B, L = Jω + H, first; then the pose with the new v and
-    ω. H is that of the rotors before and after the step, see `rotor_momentum`.
+    v̇ = −g e3 + R f_B/m, L̇ = −ω × L + τ_B, L = Jω + H with H before, after; then the new pose.
     """
     p, R, v, w = state
     v = v + h * (np.array([0.0, 0.0, -GRAVITY]) + R @ wrench[:3] / vehicle.mass)

@@ -15,6 +15,7 @@ PYTHON = sorted(path for room in ("src", "tests") for path in (ROOT / room).rglo
 CPLUSPLUS = sorted(path for kind in ("*.hpp", "*.cpp") for path in (ROOT / "core").rglob(kind))
 HEADERS = [path for path in CPLUSPLUS if ROOT / "core" / "include" in path.parents]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+ENGINES_LOCK = (ROOT / "requirements-engines.lock").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 MOST_LINES_OF_A_FILE = 400
@@ -33,9 +34,9 @@ def requirement_name(text: str) -> str:
     return re.sub(r"[-_.]+", "-", match.group()).lower()
 
 
-def locked_names() -> list[str]:
-    """Return the packages of requirements.lock, once each."""
-    lines = re.findall(r"^[A-Za-z0-9][^\n]*", LOCK, re.MULTILINE)
+def locked_names(lock: str = LOCK) -> list[str]:
+    """Return the packages of a lock, once each."""
+    lines = re.findall(r"^[A-Za-z0-9][^\n]*", lock, re.MULTILINE)
     return sorted({requirement_name(line) for line in lines})
 
 
@@ -115,14 +116,16 @@ def test_header_depends_on_the_standard_library_and_its_neighbours_only(path: Pa
 # --- the lock -----------------------------------------------------------------------------------
 
 
-def test_lock_names_no_index() -> None:
-    assert "://" not in LOCK
-    assert not re.search(r"^\s*(-i|-f|--(extra-)?index-url|--find-links)\b", LOCK, re.MULTILINE)
+@pytest.mark.parametrize("lock", [LOCK, ENGINES_LOCK])
+def test_lock_names_no_index(lock: str) -> None:
+    assert "://" not in lock
+    assert not re.search(r"^\s*(-i|-f|--(extra-)?index-url|--find-links)\b", lock, re.MULTILINE)
 
 
-def test_every_locked_package_is_pinned_and_hashed() -> None:
-    entries = re.split(r"\n(?=[A-Za-z0-9])", LOCK)[1:]
-    assert len(entries) > 20
+@pytest.mark.parametrize(("lock", "least"), [(LOCK, 20), (ENGINES_LOCK, 3)])
+def test_every_locked_package_is_pinned_and_hashed(lock: str, least: int) -> None:
+    entries = re.split(r"\n(?=[A-Za-z0-9])", lock)[1:]
+    assert len(entries) > least
     for entry in entries:
         first = entry.splitlines()[0]
         assert re.match(r"[A-Za-z0-9._-]+==[^\s;]+( ; .*)? \\$", first), first
@@ -137,6 +140,19 @@ def test_lock_covers_what_the_project_asks_for() -> None:
         if line and not line.startswith("#")
     ]
     assert {requirement_name(line) for line in asked} - set(locked_names()) == set()
+
+
+def test_both_locks_name_the_same_versions() -> None:
+    """The second is installed on top of the first, and must not change what is there."""
+    first, second = (
+        set(re.findall(r"^[A-Za-z0-9._-]+==\S+", lock, re.MULTILINE))
+        for lock in (LOCK, ENGINES_LOCK)
+    )
+    common = set(locked_names()) & set(locked_names(ENGINES_LOCK))
+    assert "numpy" in common
+    for name in common:
+        pins = [{pin for pin in lock if pin.startswith(f"{name}==")} for lock in (first, second)]
+        assert pins[0] == pins[1], name
 
 
 def licence(name: str) -> str:

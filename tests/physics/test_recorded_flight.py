@@ -44,7 +44,7 @@ def test_angular_momentum_changes_by_torque(run: Run) -> None:
     """L = Jω + H, with H = Σ I k w z of the spinning rotors in the realistic plant alone."""
     w, vehicle = run.w_WB_B, run.vehicle
     spin = vehicle.spin_inertia * vehicle.rotor_spin * run.speed
-    H = np.array([a @ spin_axes(vehicle, b) for a, b in zip(spin, run.tilt, strict=True)])
+    H = np.array([a @ spin_axes(vehicle, b) for a, b in zip(spin, run.tilt_actual, strict=True)])
     carries = run.provenance.plant_name == "realistic"
     L = w @ vehicle.inertia + (H if carries else 0.0)
     torque = run.wrench_achieved[1:, 3:] - np.cross(w[:-1], L[:-1])

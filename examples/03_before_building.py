@@ -32,9 +32,13 @@ def main() -> None:
     slope = om.analysis.sensitivity(vehicle, np.radians(45.0), "radius_zero_moment")
     print(f"\nradius at 45 deg: {slope.value:.2f} N")
     print(f"a degree more of tilt: {np.radians(slope.tilt[0]):+.3f} N")
-    print(f"a newton more from every rotor: {np.sum(slope.thrust_max - slope.thrust_min):+.3f} N")
+    # OmniMorph is symmetric, so its radius has kinks: what one rotor alone gains is nothing, and
+    # changes made together are asked for together.
+    print(f"a newton more from rotor 0 alone: {slope.right.thrust_max[0]:+.3f} N")
+    print(f"a newton less: {-slope.left.thrust_max[0]:+.3f} N")
+    print(f"a newton more from all, both ways: {slope.along(thrust_max=1, thrust_min=-1):+.3f} N")
     outwards = vehicle.rotor_position / np.linalg.norm(vehicle.rotor_position, axis=1)[:, None]
-    print(f"hubs a millimetre farther out: {1e-3 * np.sum(slope.position * outwards):+.4f} N")
+    print(f"hubs a millimetre farther out: {slope.along(position=1e-3 * outwards):+.4f} N")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,9 @@ def test_before_building_tells_what_limits_and_what_pays(tmp_path: Path) -> None
     lines = run(EXAMPLES[2], tmp_path).splitlines()
     assert lines[0].startswith("as it is: omnidirectional 38.2 to 60.0")
     slopes = [float(line.split(": ")[1].split()[0]) for line in lines[5:]]
-    radius, per_degree, per_newton, per_millimetre = slopes
+    radius, per_degree, alone, less, per_newton, per_millimetre = slopes
+    assert alone == 0.0
+    assert less < 0.0
     assert radius == 14.72
     assert per_newton == 2.748  # the radius in shares of the largest thrust
     assert 0.0 < per_millimetre < per_degree

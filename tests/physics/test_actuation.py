@@ -190,8 +190,9 @@ EVERYWHERE = ThrustKind.OMNIDIRECTIONAL
     [
         (build_star(4), [], 4, UNDER, ONE_LINE),
         (build_star(6), [], 4, UNDER, ONE_LINE),
+        (build_star(4, cant=0.4), [], 4, UNDER, ONE_LINE),
         (build_star(6, cant=0.4), [], 6, FULLY, MANY),
-        (build_vehicle([[0.1, 0.0, 0.0]]), [], 1, UNDER, ONE_LINE),
+        (build_vehicle([[0.1, 0.0, 0.0]]), [], 1, UNDER, ThrustKind.NONE),
         (build_tilting_star(4), 0.0, 4, FULLY, ONE_LINE),
         (OMNIMORPH, 0.0, 4, UNDER, ONE_LINE),
         (OMNIMORPH, math.radians(20.0), 6, ActuationKind.REDUNDANT, MANY),

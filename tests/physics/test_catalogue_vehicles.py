@@ -148,7 +148,7 @@ ALL_WAYS = ThrustKind.OMNIDIRECTIONAL
         ("omni-plus-seven", REDUNDANT, ALL_WAYS),
         ("omnimorph", REDUNDANT, ALL_WAYS),
         ("voliro", FULLY, ALL_WAYS),
-        ("omav-12", FULLY, ALL_WAYS),
+        ("omav-12", REDUNDANT, ALL_WAYS),
     ],
 )
 def test_classes(name: str, kind: ActuationKind, thrust: ThrustKind) -> None:

@@ -15,14 +15,16 @@ from tests.physics.small_vehicles import (
     random_axes,
 )
 
-from omnimorph.analysis import actuation, force_set, hover, sensitivity
-from omnimorph.analysis.sensitivity import QUANTITIES, Quantity, Sensitivity
+from omnimorph.analysis import force_set, hover, sensitivity
+from omnimorph.analysis.scaling import whitened
+from omnimorph.analysis.sensitivity import QUANTITIES, Derivatives, Quantity, Sensitivity
 from omnimorph.design import Vehicle, load_vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
 OMNIMORPH = load_vehicle("omnimorph")
 STEP = 1e-4  # m, rad or N
+SOME = [0, 3, 6]  # rotors whose derivatives are compared with differences
 
 each_quantity = pytest.mark.parametrize("quantity", QUANTITIES)
 
@@ -60,19 +62,19 @@ def pushing(seed: int) -> Vehicle:
 
 
 def value_of(vehicle: Vehicle, tilt: ArrayLike, quantity: Quantity) -> float:
-    """Return a quantity as the other functions of the analysis know it."""
+    """Return a quantity by other means."""
     if quantity == "hover_power":
         return hover(vehicle, tilt, beyond_limits=True).power
     if quantity == "condition_number":
-        return actuation(vehicle, tilt, beyond_limits=True).condition_number
+        return float(np.linalg.cond(whitened(vehicle, np.atleast_1d(tilt))))
     zero_moment = quantity == "radius_zero_moment"
     return force_set(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True).inscribed_radius
 
 
 def slope_along(change: Callable[[float], float]) -> float:
-    """Return a central difference of fourth order."""
-    near, far = (change(k * STEP) - change(-k * STEP) for k in (1.0, 2.0))
-    return (8.0 * near - far) / (12.0 * STEP)
+    """Return a one-sided difference of fourth order: the slope as the step grows from zero."""
+    weights = (-25.0 / 12.0, 4.0, -3.0, 4.0 / 3.0, -0.25)
+    return sum(weight * change(k * STEP) for k, weight in enumerate(weights)) / STEP
 
 
 def leaning(vehicle: Vehicle, i: int, towards: FloatArray) -> Callable[[float], Vehicle]:
@@ -98,47 +100,57 @@ def with_limit(vehicle: Vehicle, name: str, i: int) -> Callable[[float], Vehicle
     return limit
 
 
-def difference_quotients(vehicle: Vehicle, tilt: FloatArray, quantity: Quantity) -> Sensitivity:
-    """Return all derivatives by central differences."""
+def quotients(vehicle: Vehicle, tilt: FloatArray, quantity: Quantity, side: float) -> Derivatives:
+    """Return the derivatives of some rotors from one side, +1 or −1, by differences."""
 
     def of(change: Callable[[float], Vehicle]) -> float:
-        return slope_along(lambda step: value_of(change(step), tilt, quantity))
+        return side * slope_along(lambda step: value_of(change(side * step), tilt, quantity))
 
-    n, m = vehicle.n_rotors, vehicle.n_servos
-    position, axis = np.zeros((n, 3)), np.zeros((n, 3))
-    for i in range(n):
-        for k in range(3):
-            unit = np.zeros((n, 3))
-            unit[i, k] = 1.0
-            position[i, k] = of(
-                lambda step, u=unit: vehicle.replace(  # type: ignore[misc]
-                    rotor_position=vehicle.rotor_position + step * u
-                )
+    def widened(i: int) -> Callable[[float], Vehicle]:
+        return lambda step: with_limit(with_limit(vehicle, "speed_max", i)(step), "speed_min", i)(
+            -step
+        )
+
+    n, few = vehicle.n_rotors, len(SOME)
+    position, axis = np.zeros((few, 3)), np.zeros((few, 3))
+    for row, k in np.ndindex(few, 3):
+        i, unit = SOME[row], np.zeros((n, 3))
+        unit[i, k] = 1.0
+        position[row, k] = of(
+            lambda step, u=unit: vehicle.replace(  # type: ignore[misc]
+                rotor_position=vehicle.rotor_position + step * u
             )
-        across = np.linalg.svd(vehicle.rotor_axis[[i]])[2][1:]
-        axis[i] = sum(of(leaning(vehicle, i, towards)) * towards for towards in across)
-    return Sensitivity(
-        value=value_of(vehicle, tilt, quantity),
-        tilt=np.array(
-            [
-                slope_along(lambda step, u=unit: value_of(vehicle, tilt + step * u, quantity))  # type: ignore[misc]
-                for unit in np.eye(m)
-            ]
-        ),
+        )
+        across = unit[i] - vehicle.rotor_axis[i] * vehicle.rotor_axis[i, k]
+        length = float(np.linalg.norm(across))
+        axis[row, k] = length and length * of(leaning(vehicle, i, across / length))
+    tilts = [
+        side * slope_along(lambda step, u=unit: value_of(vehicle, tilt + side * step * u, quantity))  # type: ignore[misc]
+        for unit in np.eye(vehicle.n_servos)
+    ]
+    return Derivatives(
+        tilt=np.array(tilts),
         position=position,
         axis=axis,
-        thrust_min=np.array([of(with_limit(vehicle, "speed_min", i)) for i in range(n)]),
-        thrust_max=np.array([of(with_limit(vehicle, "speed_max", i)) for i in range(n)]),
+        thrust_min=np.array([of(with_limit(vehicle, "speed_min", i)) for i in SOME]),
+        thrust_max=np.array([of(with_limit(vehicle, "speed_max", i)) for i in SOME]),
+        thrust_range=np.array([of(widened(i)) for i in SOME]),
     )
 
 
-def check_agree(found: Sensitivity, expected: Sensitivity) -> None:
-    assert found.value == pytest.approx(expected.value, rel=1e-9)
-    for name in ("tilt", "position", "axis", "thrust_min", "thrust_max"):
-        exact, near = getattr(found, name), getattr(expected, name)
-        assert exact.shape == near.shape
-        size = max(float(np.abs(near).max(initial=0.0)), 1e-3 * abs(expected.value))
-        np.testing.assert_allclose(exact, near, atol=2e-6 * size, err_msg=name)
+def check_agree(
+    found: Sensitivity, vehicle: Vehicle, tilt: FloatArray, quantity: Quantity, to: float = 2e-6
+) -> None:
+    """Compare all derivatives, from both sides, with difference quotients."""
+    value = value_of(vehicle, tilt, quantity)
+    assert found.value == pytest.approx(value, rel=1e-9)
+    for exact_ones, side in ((found.left, -1.0), (found.right, 1.0)):
+        near_ones = quotients(vehicle, tilt, quantity, side)
+        for name, exact, near in zip(Derivatives._fields, exact_ones, near_ones, strict=True):
+            exact = exact if name == "tilt" else exact[SOME]
+            assert exact.shape == near.shape
+            size = max(float(np.abs(near).max(initial=0.0)), 1e-3 * abs(value))
+            np.testing.assert_allclose(exact, near, atol=to * size, err_msg=f"{name} {side:+g}")
 
 
 @each_quantity
@@ -146,7 +158,7 @@ def check_agree(found: Sensitivity, expected: Sensitivity) -> None:
 def test_perturbed_omnimorph(quantity: Quantity, seed: int, degrees: float) -> None:
     vehicle, tilt = perturbed(seed), np.radians([degrees])
     found = sensitivity(vehicle, tilt, quantity, beyond_limits=True)
-    check_agree(found, difference_quotients(vehicle, tilt, quantity))
+    check_agree(found, vehicle, tilt, quantity)
 
 
 @pytest.mark.parametrize("quantity", ["hover_power", "condition_number"])
@@ -154,7 +166,7 @@ def test_rotors_that_only_push(quantity: Quantity) -> None:
     """With several servos, and limits that are active in hovering."""
     vehicle, tilt = pushing(0), np.array([0.1, 0.2, 0.1, 0.2])
     found = sensitivity(vehicle, tilt, quantity)
-    check_agree(found, difference_quotients(vehicle, tilt, quantity))
+    check_agree(found, vehicle, tilt, quantity)
     if quantity == "hover_power":  # a least thrust that must be kept costs
         assert (found.thrust_min >= 0.0).all()
         assert found.thrust_min.max() > 0.1
@@ -168,7 +180,7 @@ def test_room_above_saves_power() -> None:
     heavy = vehicle.replace(mass=0.9 * lift / 9.81)
     found = sensitivity(heavy, tilt, "hover_power")
     assert found.thrust_max.min() < -1.0
-    check_agree(found, difference_quotients(heavy, tilt, "hover_power"))
+    check_agree(found, heavy, tilt, "hover_power")
 
 
 @pytest.mark.parametrize("quantity", ["radius_free_moment", "radius_zero_moment"])
@@ -187,21 +199,27 @@ def test_radii_of_rotors_that_only_push(quantity: Quantity) -> None:
     )
     found = sensitivity(vehicle, [], quantity)
     assert found.value > 0.5
-    check_agree(found, difference_quotients(vehicle, np.zeros(0), quantity))
+    check_agree(found, vehicle, np.zeros(0), quantity)
 
 
 # --- closed forms ------------------------------------------------------------------------------
 
 
 def test_radius_of_omnimorph_in_closed_form() -> None:
-    """r = 4 f_max sin α: dr/dα = 4 f_max cos α, and a twelfth more thrust is a twelfth more."""
+    """r = 4 f_max sin α: dr/dα = 4 f_max cos α, and a twelfth more thrust is a twelfth more.
+
+    The sphere touches opposite facets: more thrust one way of one rotor gains nothing.
+    """
     for degrees in (10.0, 20.0, 50.0):
         found = sensitivity(OMNIMORPH, math.radians(degrees), "radius_free_moment")
         slope = 4.0 * 5.3587 * math.cos(math.radians(degrees))
         np.testing.assert_allclose(found.tilt, [slope], rtol=1e-12)
         np.testing.assert_allclose(found.position, 0.0, atol=1e-12)
-        room = found.thrust_max @ OMNIMORPH.thrust_max + found.thrust_min @ OMNIMORPH.thrust_min
+        room = found.along(thrust_max=OMNIMORPH.thrust_max, thrust_min=OMNIMORPH.thrust_min)
         assert room == pytest.approx(found.value, rel=1e-12)
+        np.testing.assert_allclose(found.right.thrust_max, 0.0, atol=1e-12)
+        assert found.left.thrust_max.min() > 0.1
+        assert np.isnan(found.thrust_max).any()
     assert sensitivity(OMNIMORPH, math.radians(20.0), "radius_free_moment").tilt[0] == (
         pytest.approx(20.14, abs=5e-3)
     )
@@ -241,7 +259,62 @@ def test_a_quadrotor_spends_less_if_less_must_turn() -> None:
     assert found.tilt.shape == (0,)
     f = 0.25 * 9.81
     assert found.value == pytest.approx(4.0 * 2e-7 * (f / 1e-5) ** 1.5, rel=1e-10)
-    np.testing.assert_allclose(found.axis, 0.0, atol=1e-8)
+    # level hover ends where an axis leans, as nothing holds the force sideways
+    assert np.isposinf(found.right.axis[:, :2]).all()
+    assert np.isneginf(found.left.axis[:, :2]).all()
+    np.testing.assert_array_equal(found.axis[:, 2], 0.0)
+    np.testing.assert_allclose(found.position, 0.0, atol=1e-8)
+
+
+# --- kinks ---------------------------------------------------------------------------------------
+
+CUBE = load_vehicle("omnicopter")  # every axis of symmetry a cube has: many facets are touched
+
+
+@each_quantity
+@pytest.mark.parametrize(
+    "degrees", [45.0, pytest.param(math.degrees(math.atan(2.0**0.5)), marks=pytest.mark.slow)]
+)
+def test_both_sides_of_a_symmetric_vehicle(quantity: Quantity, degrees: float) -> None:
+    """The second tilt is where the radius has its peak, and two kinds of facets are touched."""
+    tilt = np.radians([degrees])
+    found = sensitivity(OMNIMORPH, tilt, quantity)
+    check_agree(found, OMNIMORPH, tilt, quantity, 2e-5)
+
+
+@pytest.mark.slow
+@each_quantity
+def test_both_sides_of_a_cube(quantity: Quantity) -> None:
+    check_agree(sensitivity(CUBE, [], quantity), CUBE, np.zeros(0), quantity, 2e-5)
+
+
+def test_the_tilt_of_the_largest_radius_is_a_peak() -> None:
+    found = sensitivity(OMNIMORPH, math.atan(math.sqrt(2.0)), "radius_free_moment")
+    assert found.left.tilt[0] > 1.0
+    assert found.right.tilt[0] < -1.0
+    assert np.isnan(found.tilt[0])
+
+
+@each_quantity
+def test_a_direction_is_what_its_steps_give_together(quantity: Quantity) -> None:
+    """Along random directions from a kink; the other way it is not the opposite."""
+    generator = np.random.default_rng(5)
+    tilt, n = math.radians(45.0), 8
+    found = sensitivity(OMNIMORPH, tilt, quantity)
+    hubs, least, most = (generator.normal(size=shape) for shape in ((n, 3), n, n))
+
+    def moved(step: float) -> float:
+        vehicle = OMNIMORPH.replace(rotor_position=OMNIMORPH.rotor_position + step * 0.1 * hubs)
+        for i in range(n):
+            vehicle = with_limit(vehicle, "speed_min", i)(step * least[i])
+            vehicle = with_limit(vehicle, "speed_max", i)(step * most[i])
+        return value_of(vehicle, tilt + 0.5 * step, quantity)
+
+    for way in (1.0, -1.0):
+        limits = {"thrust_min": way * least, "thrust_max": way * most}
+        slope = found.along(tilt=0.5 * way, position=0.1 * way * hubs, **limits)
+        expected = slope_along(lambda step, way=way: moved(way * step))  # type: ignore[misc]
+        assert slope == pytest.approx(expected, rel=1e-4, abs=1e-5 * found.value)
 
 
 # --- where there is none -----------------------------------------------------------------------

@@ -1,14 +1,12 @@
-"""What the rotors and servos can move: ranks of A and F, null spaces, classes, singular tilts.
+"""What the rotors and servos can move: ranks of A and F, null spaces, singular tilts.
 
-Sources: Aboudorra et al. 2024, Sec. 2.3; Hamandi et al., "Design of multirotor aerial vehicles: A
-taxonomy based on input allocation", IJRR 2021, for the classes.
+Source: Aboudorra et al. 2024, Sec. 2.3.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +22,13 @@ from omnimorph.analysis.scaling import (
     whitened,
 )
 from omnimorph.analysis.tilt_search import lowest_points
+from omnimorph.analysis.vehicle_class import (
+    ActuationKind,
+    ThrustKind,
+    VehicleClass,
+    actuation_kind,
+    thrust_kind,
+)
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
@@ -36,31 +41,10 @@ __all__ = [
     "ActuationKind",
     "SingularTilt",
     "ThrustKind",
+    "VehicleClass",
     "actuation",
     "singular_tilts",
 ]
-
-
-class ActuationKind(Enum):
-    """How much of the wrench can be changed at once, from rank F and the number of rotors."""
-
-    UNDER_ACTUATED = "under-actuated"
-    """rank F < 6: there is a direction in which the wrench cannot be changed."""
-    FULLY_ACTUATED = "fully actuated"
-    """rank F = 6, with no thrusts to spare or only while the servos move."""
-    REDUNDANT = "fully actuated, redundant"
-    """rank A = 6 with more than six rotors: many thrusts make the same wrench."""
-
-
-class ThrustKind(Enum):
-    """In how many directions the total thrust can point, after Hamandi et al. 2021."""
-
-    UNI_DIRECTIONAL = "uni-directional thrust"
-    """Along one line of the body: rank Z ≤ 1."""
-    MULTI_DIRECTIONAL = "multi-directional thrust"
-    """In a plane or in space, but the weight cannot be held in every attitude."""
-    OMNIDIRECTIONAL = "omnidirectional"
-    """In every attitude it can hover: the zero-moment force set holds the ball of the weight."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -92,6 +76,7 @@ class Actuation:
         not zero. No rows: it never does. In reduced echelon form.
     kind : ActuationKind
     thrust_kind : ThrustKind
+        At this tilt; `platform` has the class of the vehicle over all its tilts.
     """
 
     tilt: FloatArray
@@ -104,6 +89,11 @@ class Actuation:
     conditions: tuple[FloatArray, ...]
     kind: ActuationKind
     thrust_kind: ThrustKind
+
+    @property
+    def vehicle_class(self) -> VehicleClass:
+        """Both kinds at this tilt."""
+        return VehicleClass(self.kind, self.thrust_kind)
 
 
 class SingularTilt(NamedTuple):
@@ -152,6 +142,7 @@ def actuation(
     angles = checked_tilt(vehicle, tilt, beyond_limits)
     box = thrust_box(vehicle)
     U, S, Vt = np.linalg.svd(whitened(vehicle, angles))
+    forces = force_set(vehicle, angles, zero_moment=True, beyond_limits=True)
     values = np.zeros(6)
     values[: len(S)] = S
     rank = rank_of(values)
@@ -172,8 +163,8 @@ def actuation(
         null_space=null_space,
         lost=lost,
         conditions=tuple(_echelon(gain) for gain in gains),
-        kind=_kind(rank, rank_full, vehicle.n_rotors),
-        thrust_kind=_thrust_kind(vehicle, angles, rank),
+        kind=actuation_kind(rank, rank_full, vehicle.n_rotors),
+        thrust_kind=thrust_kind(forces.dimension, forces.inscribed_radius, vehicle.mass * GRAVITY),
     )
 
 
@@ -265,23 +256,3 @@ def _echelon(gain: FloatArray) -> FloatArray:
         row += 1
     matrix[np.abs(matrix) <= RANK_TOLERANCE] = 0.0
     return matrix[:row]
-
-
-def _kind(rank: int, rank_full: int, rotors: int) -> ActuationKind:
-    if rank_full < 6:
-        return ActuationKind.UNDER_ACTUATED
-    if rank == 6 and rotors > 6:
-        return ActuationKind.REDUNDANT
-    return ActuationKind.FULLY_ACTUATED
-
-
-def _thrust_kind(vehicle: Vehicle, angles: FloatArray, rank: int) -> ThrustKind:
-    S = np.linalg.svd(whitened(vehicle, angles)[:3], compute_uv=False)
-    if rank_of(S) <= 1:
-        return ThrustKind.UNI_DIRECTIONAL
-    holds = force_set(vehicle, angles, zero_moment=True, beyond_limits=True)
-    weight = vehicle.mass * GRAVITY
-    # the slack lets the end of an interval, where they are equal, be part of it
-    if rank == 6 and holds.inscribed_radius >= (1.0 - 1e-9) * weight:
-        return ThrustKind.OMNIDIRECTIONAL
-    return ThrustKind.MULTI_DIRECTIONAL

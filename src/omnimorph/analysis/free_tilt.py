@@ -19,7 +19,7 @@ from omnimorph.errors import OmnimorphError, VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["reach_over_tilts"]
+__all__ = ["dimension_over_tilts", "reach_over_tilts"]
 
 _APART = math.radians(5.0)
 
@@ -76,6 +76,56 @@ def reach_over_tilts(
     return np.array([one or 0.0 for one in found])
 
 
+def dimension_over_tilts(vehicle: VehicleLike) -> int:
+    """Return the dimension of the forces at zero moment, the tilts free: 0 to 3.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Any; a rotor without a servo keeps its axis.
+
+    Notes
+    -----
+    Zero belongs to the set. As long as a force beside all that were found can be made, it is one
+    more direction.
+    """
+    vehicle = as_vehicle(vehicle)
+    wrenches, groups = _corners(vehicle)
+    found = np.zeros((3, 0))
+    thin = 1e-7 * float(np.abs(wrenches[:, :3]).max(initial=0.0))
+    while found.shape[1] < 3:
+        beside = np.linalg.svd(found)[0][:, found.shape[1] :].T
+        forces = [_farthest(vehicle, wrenches, groups, way) for way in (*beside, *-beside)]
+        off = [float(np.linalg.norm(beside @ force)) for force in forces]
+        if max(off) <= thin:
+            break
+        found = np.linalg.qr(np.column_stack([found, forces[int(np.argmax(off))]]))[0]
+    return found.shape[1]
+
+
+def _farthest(
+    vehicle: Vehicle, wrenches: FloatArray, groups: np.ndarray, way: FloatArray
+) -> FloatArray:
+    """Return the force at zero moment, N, that goes farthest in a direction."""
+    from scipy.optimize import linprog
+
+    found = linprog(
+        -wrenches[:, :3] @ way,
+        A_ub=_shares(groups),
+        b_ub=np.ones(groups.max() + 1),
+        A_eq=wrenches[:, 3:].T / _arm(vehicle),
+        b_eq=np.zeros(3),
+    )
+    if found.status != 0:
+        raise OmnimorphError(f"vehicle {vehicle.name}: no forces found, {found.message}")
+    return np.asarray(found.x @ wrenches[:, :3])
+
+
+def _shares(groups: np.ndarray) -> FloatArray:
+    """Return which corner belongs to which servo, a row a servo: their shares sum to 1 at most."""
+    return np.asarray(groups == np.arange(groups.max() + 1)[:, None], dtype=np.float64)
+
+
 def _most(
     vehicle: Vehicle, wrenches: FloatArray, groups: np.ndarray, made: FloatArray, along: FloatArray
 ) -> float | None:
@@ -85,8 +135,7 @@ def _most(
     """
     from scipy.optimize import linprog
 
-    shares = np.zeros((groups.max() + 1, len(groups) + 1))
-    shares[groups, np.arange(len(groups))] = 1.0
+    shares = np.pad(_shares(groups), ((0, 0), (0, 1)))
     scale = np.repeat([1.0, 1.0 / _arm(vehicle)], 3)
     largest = float(np.abs(wrenches[:, :3]).sum())
     found = linprog(
@@ -113,8 +162,10 @@ def _corners(vehicle: Vehicle) -> tuple[FloatArray, np.ndarray]:
             tilt[j] = angle
             A = allocation_matrix(vehicle, tilt)[:, vehicle.rotor_servo == j]
             for limit in (vehicle.thrust_max, vehicle.thrust_min):
-                corners.append(A @ limit[vehicle.rotor_servo == j])
-                groups.append(j)
+                own = limit[vehicle.rotor_servo == j]
+                if own.any():  # zero belongs to every sector
+                    corners.append(A @ own)
+                    groups.append(j)
     fixed = np.flatnonzero(vehicle.rotor_servo < 0)
     A = allocation_matrix(vehicle, np.zeros(vehicle.n_servos))
     for k, i in enumerate(fixed):

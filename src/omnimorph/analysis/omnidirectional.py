@@ -7,6 +7,8 @@ paper does not say which it takes; its 37° is the first.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -18,13 +20,37 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
 __all__ = [
+    "Omnidirectionality",
     "inscribed_radius",
     "level_hover_range",
     "omnidirectional_range",
+    "omnidirectionality",
     "tilt_of_largest_radius",
 ]
 
 _UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Omnidirectionality:
+    """Where every attitude can hover: intervals of tilt, (K, 2) arrays, rad.
+
+    Attributes
+    ----------
+    free_moment, zero_moment : arrays
+        In both definitions, within the limits of the servos.
+    free_moment_beyond, zero_moment_beyond : arrays
+        Over the whole turn.
+    level, level_beyond : arrays
+        Where it can hover level, within the limits and over the whole turn.
+    """
+
+    free_moment: FloatArray
+    zero_moment: FloatArray
+    free_moment_beyond: FloatArray
+    zero_moment_beyond: FloatArray
+    level: FloatArray
+    level_beyond: FloatArray
 
 
 def inscribed_radius(
@@ -126,3 +152,32 @@ def tilt_of_largest_radius(
         low,
         high,
     )
+
+
+def omnidirectionality(vehicle: VehicleLike, limits: tuple[float, float]) -> Omnidirectionality:
+    """Return where a vehicle can hover in every attitude, and where level.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Its tilt is common to all servos.
+    limits : (float, float), rad
+        Tilts that all servos can take together.
+    """
+    free = omnidirectional_range(vehicle, zero_moment=False, beyond_limits=True)
+    zero = omnidirectional_range(vehicle, zero_moment=True, beyond_limits=True)
+    level = level_hover_range(vehicle, beyond_limits=True)
+    return Omnidirectionality(
+        free_moment=_within(free, limits),
+        zero_moment=_within(zero, limits),
+        level=_within(level, limits),
+        free_moment_beyond=free,
+        zero_moment_beyond=zero,
+        level_beyond=level,
+    )
+
+
+def _within(intervals: FloatArray, limits: tuple[float, float]) -> FloatArray:
+    """Return what of some intervals is within limits."""
+    clipped = np.clip(intervals, *limits)
+    return clipped[(intervals[:, 0] <= limits[1]) & (intervals[:, 1] >= limits[0])]

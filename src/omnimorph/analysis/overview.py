@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.analysis.actuation import Actuation, SingularTilt, actuation, singular_tilts
+from omnimorph.analysis.attitude_share import AttitudeShare, attitude_share
 from omnimorph.analysis.hover import HoverMap, HoverPoint, hover, hover_map, sphere_directions
 from omnimorph.analysis.morphing import (
     break_even_tilt,
@@ -21,11 +22,12 @@ from omnimorph.analysis.morphing import (
     mechanism_share,
 )
 from omnimorph.analysis.omnidirectional import (
+    Omnidirectionality,
     inscribed_radius,
-    level_hover_range,
-    omnidirectional_range,
+    omnidirectionality,
     tilt_of_largest_radius,
 )
+from omnimorph.analysis.platform import Platform, platform
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.analysis.scaling import checked_tilt, common_limits
 from omnimorph.analysis.sweep import TiltSweep, tilt_sweep
@@ -38,7 +40,7 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WakeModel, stacked_pairs
 from omnimorph.protocols import FloatArray
 
-__all__ = ["AtTilt", "Omnidirectionality", "Trade", "VehicleAnalysis", "WakeEffect", "analyze"]
+__all__ = ["AtTilt", "Trade", "VehicleAnalysis", "WakeEffect", "analyze"]
 
 Progress = Callable[[float, float, str], None]
 
@@ -67,6 +69,8 @@ class AtTilt:
         or be none, if it cannot hover.
     hover, hover_norm : HoverPoint
         Level, with the least power and with the least norm of thrusts.
+    attitudes : AttitudeShare
+        Of all attitudes, those in which it can hover.
     """
 
     tilt: FloatArray
@@ -77,28 +81,7 @@ class AtTilt:
     moment: Polytope
     hover: HoverPoint
     hover_norm: HoverPoint
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Omnidirectionality:
-    """Where every attitude can hover: intervals of tilt, (K, 2) arrays, rad.
-
-    Attributes
-    ----------
-    free_moment, zero_moment : arrays
-        In both definitions, within the limits of the servos.
-    free_moment_beyond, zero_moment_beyond : arrays
-        Over the whole turn.
-    level, level_beyond : arrays
-        Where it can hover level, within the limits and over the whole turn.
-    """
-
-    free_moment: FloatArray
-    zero_moment: FloatArray
-    free_moment_beyond: FloatArray
-    zero_moment_beyond: FloatArray
-    level: FloatArray
-    level_beyond: FloatArray
+    attitudes: AttitudeShare
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -158,6 +141,9 @@ class VehicleAnalysis:
     Attributes
     ----------
     vehicle : Vehicle
+    platform : Platform
+        Its class and numbers over all tilts, each servo at its own: what `compare` shows. All else
+        here is at one tilt common to all servos, or at the one asked for.
     limits : (float, float), rad
         Tilts that all servos can take together.
     at : tuple of AtTilt
@@ -180,6 +166,7 @@ class VehicleAnalysis:
     """
 
     vehicle: Vehicle
+    platform: Platform
     limits: tuple[float, float]
     at: tuple[AtTilt, ...]
     asked: AtTilt
@@ -225,9 +212,11 @@ def analyze(
     steps = _Steps(progress)
     limits = common_limits(vehicle)
     asked = None if tilt is None else checked_tilt(vehicle, tilt, beyond_limits)
+    steps.next("the vehicle over all tilts")
+    overall = platform(vehicle)
     steps.next("tilts that stand out")
     singular = singular_tilts(vehicle, beyond_limits=True)
-    omnidirectional = _omnidirectionality(vehicle, limits)
+    omnidirectional = omnidirectionality(vehicle, limits)
     steps.next("sweep over the tilt")
     high = max(limits[1], _WIDEST) if vehicle.n_servos else limits[1]
     sweep = tilt_sweep(vehicle, _from_to(limits[0], high, 181), beyond_limits=True)
@@ -248,6 +237,7 @@ def analyze(
     at = tuple(_at(vehicle, where, why) for where, why in rows)
     return VehicleAnalysis(
         vehicle=vehicle,
+        platform=overall,
         limits=limits,
         at=at,
         asked=min(at, key=lambda one: float(np.abs(one.tilt - shown).max(initial=0.0))),
@@ -278,7 +268,7 @@ def _best_tilt(vehicle: Vehicle, sweep: TiltSweep, limits: tuple[float, float]) 
 class _Steps:
     """Tells what comes next."""
 
-    _ALL = 6
+    _ALL = 7
 
     def __init__(self, progress: Progress | None) -> None:
         self._progress, self._done = progress, 0
@@ -287,26 +277,6 @@ class _Steps:
         if self._progress is not None:
             self._progress(self._done, self._ALL, label)
         self._done += 1
-
-
-def _omnidirectionality(vehicle: Vehicle, limits: tuple[float, float]) -> Omnidirectionality:
-    free = omnidirectional_range(vehicle, zero_moment=False, beyond_limits=True)
-    zero = omnidirectional_range(vehicle, zero_moment=True, beyond_limits=True)
-    level = level_hover_range(vehicle, beyond_limits=True)
-    return Omnidirectionality(
-        free_moment=_within(free, limits),
-        zero_moment=_within(zero, limits),
-        level=_within(level, limits),
-        free_moment_beyond=free,
-        zero_moment_beyond=zero,
-        level_beyond=level,
-    )
-
-
-def _within(intervals: FloatArray, limits: tuple[float, float]) -> FloatArray:
-    """Return what of some intervals is within limits."""
-    clipped = np.clip(intervals, *limits)
-    return clipped[(intervals[:, 0] <= limits[1]) & (intervals[:, 1] >= limits[0])]
 
 
 def _rows(
@@ -335,15 +305,17 @@ def _rows(
 
 def _at(vehicle: Vehicle, tilt: FloatArray, why: str) -> AtTilt:
     level = np.array([0.0, 0.0, vehicle.mass * GRAVITY])
+    forces = force_set(vehicle, tilt, zero_moment=True, beyond_limits=True)
     return AtTilt(
         tilt=tilt,
         why=why,
         actuation=actuation(vehicle, tilt, beyond_limits=True),
         force_free=force_set(vehicle, tilt, zero_moment=False, beyond_limits=True),
-        force_zero=force_set(vehicle, tilt, zero_moment=True, beyond_limits=True),
+        force_zero=forces,
         moment=moment_set(vehicle, tilt, force=level, beyond_limits=True),
         hover=hover(vehicle, tilt, beyond_limits=True),
         hover_norm=hover(vehicle, tilt, least="norm", beyond_limits=True),
+        attitudes=attitude_share(vehicle, forces),
     )
 
 

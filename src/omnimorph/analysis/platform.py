@@ -7,11 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from omnimorph.analysis.actuation import ActuationKind, ThrustKind, actuation
-from omnimorph.analysis.free_tilt import reach_over_tilts
+from omnimorph.analysis.actuation import actuation
+from omnimorph.analysis.free_tilt import dimension_over_tilts, reach_over_tilts
 from omnimorph.analysis.hover import hover, sphere_directions
 from omnimorph.analysis.omnidirectional import inscribed_radius, tilt_of_largest_radius
 from omnimorph.analysis.scaling import common_limits
+from omnimorph.analysis.vehicle_class import ActuationKind, ThrustKind, VehicleClass, thrust_kind
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
@@ -22,6 +23,7 @@ __all__ = ["Platform", "lateral_reach", "lateral_reach_over_tilts", "platform"]
 
 _TILTS = 61
 _DIRECTIONS, _SIDES = 200, 36
+_KINDS = list(ActuationKind)  # from less to more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +36,9 @@ class Platform:
     n_rotors, n_servos : int
     mass : float, kg
     kind : ActuationKind
-        At the tilt of the largest radius; with several servos, while it hovers level.
+        The highest at any tilts it can take, each servo at its own.
     thrust_kind : ThrustKind
-        Omnidirectional if the radius is at least the weight.
+        Likewise.
     radius_over_weight : float
         Largest force in every direction at zero moment over m g: exact and at the best tilt for one
         servo or none; with tilts of its own for each of 200 directions for several.
@@ -55,6 +57,16 @@ class Platform:
     radius_over_weight: float
     lateral_over_weight: float
     hover_power: float
+
+    @property
+    def vehicle_class(self) -> VehicleClass:
+        """Both kinds."""
+        return VehicleClass(self.kind, self.thrust_kind)
+
+    @property
+    def has_free_tilts(self) -> bool:
+        """Whether servos tilt independently, so that no common tilt says what it can do."""
+        return self.n_servos > 1
 
     @property
     def hover_power_per_kg(self) -> float:
@@ -82,22 +94,14 @@ def platform(vehicle: VehicleLike) -> Platform:
     hovers = [hover(vehicle, tilt) for tilt in tilts]
     cheapest = min(hovers, key=lambda one: one.power)
     weight = vehicle.mass * GRAVITY
-    radius, lateral = _forces(vehicle, tilts)
-    shown = tilt_of_largest_radius(vehicle) if vehicle.n_servos == 1 else cheapest.tilt
-    thrust_kind = (
-        ThrustKind.OMNIDIRECTIONAL
-        if radius >= weight
-        else ThrustKind.MULTI_DIRECTIONAL
-        if lateral > 1e-6 * weight
-        else ThrustKind.UNI_DIRECTIONAL
-    )
+    radius, lateral, dimension = _forces(vehicle, tilts)
     return Platform(
         name=vehicle.name,
         n_rotors=vehicle.n_rotors,
         n_servos=vehicle.n_servos,
         mass=vehicle.mass,
-        kind=actuation(vehicle, shown).kind,
-        thrust_kind=thrust_kind,
+        kind=_actuation_kind(vehicle),
+        thrust_kind=thrust_kind(dimension, radius, weight),
         radius_over_weight=radius / weight,
         lateral_over_weight=lateral / weight,
         hover_power=cheapest.power,
@@ -151,11 +155,26 @@ def lateral_reach_over_tilts(vehicle: Vehicle) -> float:
     return float(reach_over_tilts(vehicle, sides, weight).min())
 
 
-def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, float]:
-    """Return the radius and the largest sideways force beside the weight, N."""
-    if vehicle.n_servos < 2:
-        best = tilt_of_largest_radius(vehicle) if vehicle.n_servos else 0.0
-        radius = inscribed_radius(vehicle, best, zero_moment=True)
-        return radius, max(lateral_reach(vehicle, float(tilt)) for tilt in tilts)
-    radius = float(reach_over_tilts(vehicle, sphere_directions(_DIRECTIONS)).min())
-    return radius, lateral_reach_over_tilts(vehicle)
+def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, float, int]:
+    """Return radius, N, largest sideways force beside the weight, N, and dimension of the forces.
+
+    At zero moment, over all tilts.
+    """
+    if vehicle.n_servos > 1:
+        radius = float(reach_over_tilts(vehicle, sphere_directions(_DIRECTIONS)).min())
+        return radius, lateral_reach_over_tilts(vehicle), dimension_over_tilts(vehicle)
+    best = tilt_of_largest_radius(vehicle) if vehicle.n_servos else 0.0
+    radius = inscribed_radius(vehicle, best, zero_moment=True)
+    lateral = max(lateral_reach(vehicle, float(tilt)) for tilt in tilts)
+    if radius > 0.0:
+        return radius, lateral, 3
+    return radius, lateral, max(force_set(vehicle, a, zero_moment=True).dimension for a in tilts)
+
+
+def _actuation_kind(vehicle: Vehicle) -> ActuationKind:
+    """Return the highest kind of all tilts: of a few without any pattern, as almost all have it."""
+    low, span = vehicle.servo_angle_min, vehicle.servo_angle_max - vehicle.servo_angle_min
+    each = np.arange(vehicle.n_servos)
+    shares = [np.mod(first + 0.6180339887 * each, 1.0) for first in (0.137, 0.419, 0.731)]
+    kinds = [actuation(vehicle, low + share * span).kind for share in shares]
+    return max(kinds, key=_KINDS.index)

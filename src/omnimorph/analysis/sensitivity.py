@@ -1,12 +1,9 @@
-"""How radius, hover power and condition number change with the design, as exact derivatives.
+"""How radius, hover power and condition number change with the design: exact one-sided derivatives.
 
-All three are optimal values, so their derivatives need no derivative of the optimum (the envelope
-theorem; J. F. Bonnans, A. Shapiro, "Perturbation Analysis of Optimization Problems", 2000): with
-multipliers λ and thrusts f at the optimum, a change of A changes the value by ``λ·dA f``. One
-matrix G = ∂value/∂A, (6, n), is carried on to tilt, hubs, axes and limits by the chain rule.
-
-Where the optimum is not unique (a ball that touches several facets, a rotor at rest, equal singular
-values) the value has a kink, and what is returned is one of its slopes.
+A symmetric vehicle stands at a kink of most of these: its inscribed sphere touches several facets
+at once, its singular values are equal in pairs. More thrust of one rotor then gains nothing, as the
+opposite facet stays where it is, while less of it costs. So every derivative is given from both
+sides, and `Sensitivity.along` gives it for changes made together. `optimum_slopes` derives them.
 """
 
 from __future__ import annotations
@@ -17,17 +14,22 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omnimorph.analysis.effort import drag_power, least_effort
-from omnimorph.analysis.scaling import checked_tilt, radius_of_gyration, thrust_box, whitened
-from omnimorph.analysis.wrench_set import force_set
+from omnimorph.analysis.optimum_slopes import (
+    Changes,
+    Slope,
+    slope_of_condition,
+    slope_of_power,
+    slope_of_radius,
+)
+from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix, tilt_derivative
-from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Quantity", "Sensitivity", "sensitivity"]
+__all__ = ["Derivatives", "Quantity", "Sensitivity", "sensitivity"]
 
 Quantity = Literal["radius_free_moment", "radius_zero_moment", "hover_power", "condition_number"]
 QUANTITIES: tuple[Quantity, ...] = (
@@ -36,43 +38,118 @@ QUANTITIES: tuple[Quantity, ...] = (
     "hover_power",
     "condition_number",
 )
-_ON_FACET = 1e-9
+_SAME = 1e-9  # of the largest: derivatives from both sides that differ by less are one
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Sensitivity:
-    """A value and its derivatives with respect to the design.
+class Derivatives(NamedTuple):
+    """Derivatives of a value with respect to the design.
 
     Attributes
     ----------
-    value : float
-        N for a radius, W for the power of hovering level, 1 for the condition number.
     tilt : (m,) array
         Per rad of each servo.
     position : (n, 3) array
-        Per m of each hub, in B.
+        Per m of each hub along x, y, z of B.
     axis : (n, 3) array
-        Per rad by which the untilted thrust axis of a rotor leans towards each direction, in B;
-        the hinge stays. At right angles to the axis.
+        Per rad by which the untilted thrust axis of a rotor leans towards x, y, z of B: only the
+        part of these at right angles to the axis counts. The hinge stays.
     thrust_min, thrust_max : (n,) arrays
-        Per N of each limit.
+        Per N that is added to one limit of one rotor.
+    thrust_range : (n,) array
+        Per N by which both limits of one rotor move outwards together.
     """
 
-    value: float
     tilt: FloatArray
     position: FloatArray
     axis: FloatArray
     thrust_min: FloatArray
     thrust_max: FloatArray
+    thrust_range: FloatArray
 
 
-class _Slope(NamedTuple):
-    """A value, G = ∂value/∂A (6, n), and its derivatives in the limits (n,), A held."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Sensitivity:
+    """A value and its derivatives with respect to the design, from both sides.
+
+    `tilt`, `position`, `axis`, `thrust_min`, `thrust_max` and `thrust_range` are the derivatives
+    (see `Derivatives` for units) where there are any: not a number where left and right differ.
+
+    Attributes
+    ----------
+    value : float
+        N for a radius, W for the power of hovering level, 1 for the condition number.
+    left, right : Derivatives
+        As a parameter decreases, and as it increases: the limits of (v(x) − v(x − h)) / h and
+        (v(x + h) − v(x)) / h for h → 0. Infinite where the vehicle could not hover level any more.
+    """
 
     value: float
-    matrix: FloatArray
-    thrust_min: FloatArray
-    thrust_max: FloatArray
+    left: Derivatives
+    right: Derivatives
+    _parameters: _Parameters
+    _slope: Slope
+
+    @property
+    def tilt(self) -> FloatArray:
+        """Per rad of each servo, (m,)."""
+        return _both(self.left.tilt, self.right.tilt)
+
+    @property
+    def position(self) -> FloatArray:
+        """Per m of each hub, (n, 3), in B."""
+        return _both(self.left.position, self.right.position)
+
+    @property
+    def axis(self) -> FloatArray:
+        """Per rad by which each untilted thrust axis leans, (n, 3), in B."""
+        return _both(self.left.axis, self.right.axis)
+
+    @property
+    def thrust_min(self) -> FloatArray:
+        """Per N of each lower limit, (n,)."""
+        return _both(self.left.thrust_min, self.right.thrust_min)
+
+    @property
+    def thrust_max(self) -> FloatArray:
+        """Per N of each upper limit, (n,)."""
+        return _both(self.left.thrust_max, self.right.thrust_max)
+
+    @property
+    def thrust_range(self) -> FloatArray:
+        """Per N by which both limits of a rotor move outwards, (n,)."""
+        return _both(self.left.thrust_range, self.right.thrust_range)
+
+    def along(
+        self,
+        *,
+        tilt: ArrayLike = 0.0,
+        position: ArrayLike = 0.0,
+        axis: ArrayLike = 0.0,
+        thrust_min: ArrayLike = 0.0,
+        thrust_max: ArrayLike = 0.0,
+    ) -> float:
+        """Return the derivative as the design sets out in a direction, everything together.
+
+        At a kink it is not the sum of those of its parts. The one the other way is
+        −``along`` of the opposite direction.
+
+        Parameters
+        ----------
+        tilt, position, axis, thrust_min, thrust_max : arrays or numbers
+            By how much each changes: rad, m, rad, N, N; shaped as in `Derivatives`.
+
+        Examples
+        --------
+        One rotor more of a newton upwards gains OmniMorph nothing; all, both ways, gain.
+
+        >>> import math
+        >>> found = sensitivity("omnimorph", math.radians(20.0), "radius_free_moment")
+        >>> float(found.right.thrust_max[0]), round(found.along(thrust_max=1, thrust_min=-1), 4)
+        (0.0, 1.3681)
+        """
+        given = {"tilt": tilt, "position": position, "axis": axis}
+        given |= {"thrust_min": thrust_min, "thrust_max": thrust_max}
+        return float(self._slope.ahead(self._parameters.together(given))[0])
 
 
 def sensitivity(
@@ -113,139 +190,97 @@ def sensitivity(
     angles = checked_tilt(vehicle, tilt, beyond_limits)
     A = allocation_matrix(vehicle, angles)
     if quantity == "hover_power":
-        slope = _of_power(vehicle, angles, A)
+        slope = slope_of_power(vehicle, angles, A)
     elif quantity == "condition_number":
-        slope = _of_condition(vehicle, angles)
+        slope = slope_of_condition(vehicle, angles)
     else:
-        slope = _of_radius(vehicle, angles, A, quantity == "radius_zero_moment")
-    return _carried_on(vehicle, angles, slope)
-
-
-def _of_radius(vehicle: Vehicle, angles: FloatArray, A: FloatArray, zero_moment: bool) -> _Slope:
-    """R = max d·Z f over f within limits (and T f = 0), at the direction d where it is least."""
-    reached = force_set(vehicle, angles, zero_moment=zero_moment, beyond_limits=True)
-    radius, d = reached.ball()
-    if radius <= 0.0:
-        raise _no_slope(vehicle, "radius", "the force set holds no ball about zero")
-    normal = np.concatenate([d, np.zeros(3)])
-    if zero_moment:
-        normal[3:] = _moment_multiplier(vehicle, A, d)
-    pull = normal @ A  # by how much each thrust pushes towards the facet
-    size = float(np.abs(pull).max())
-    corner = np.where(pull > 0.0, vehicle.thrust_max, vehicle.thrust_min)
-    free = np.abs(pull) <= _ON_FACET * size
-    thrust = np.where(free, 0.0, corner)
-    if free.any():  # the thrusts along the facet put the touching point where it is
-        rows = slice(0, 6) if zero_moment else slice(0, 3)
-        touching = np.concatenate([radius * d, np.zeros(3)])[rows]
-        rest = touching - A[rows] @ thrust
-        thrust[free] = np.linalg.lstsq(A[rows][:, free], rest, rcond=None)[0]
-    return _Slope(
-        value=radius,
-        matrix=np.outer(normal, thrust),
-        thrust_min=np.where(free, 0.0, np.minimum(pull, 0.0)),
-        thrust_max=np.where(free, 0.0, np.maximum(pull, 0.0)),
-    )
-
-
-def _moment_multiplier(vehicle: Vehicle, A: FloatArray, d: FloatArray) -> FloatArray:
-    """Return λ that makes (d, λ) the normal of the facet of the wrench set that the ball touches.
-
-    The dual of ``max d·Z f, T f = 0``: minimise over λ the support of the wrench set along (d, λ),
-    a linear program.
-    """
-    from scipy.optimize import linprog
-
-    box = thrust_box(vehicle)
-    length = radius_of_gyration(vehicle)
-    Z, T = d @ A[:3], A[3:].T / length
-    n = vehicle.n_rotors
-    # variables λ ℓ (free) and s ≥ |Z + T λ| in each rotor
-    rows = np.block([[T, -np.eye(n)], [-T, -np.eye(n)]])
-    cost = np.concatenate([T.T @ box.centre, box.half])
-    bounds = [(None, None)] * 3 + [(0.0, None)] * n
-    found = linprog(cost, A_ub=rows, b_ub=np.concatenate([-Z, Z]), bounds=bounds)
-    multiplier: FloatArray = found.x[:3] / length
-    return multiplier
-
-
-def _of_power(vehicle: Vehicle, angles: FloatArray, A: FloatArray) -> _Slope:
-    weight = np.zeros((1, 6))
-    weight[0, 2] = vehicle.mass * GRAVITY
-    found = least_effort(vehicle, angles, weight, "power")
-    if not found.feasible[0]:
-        raise _no_slope(vehicle, "hover_power", "it cannot hover level")
-    thrust, multiplier = found.thrust[0], found.multiplier[0]
-    # what a little more thrust of a rotor would save, beyond what it costs
-    root = np.sqrt(np.abs(thrust) / vehicle.thrust_coefficient)
-    price = 1.5 * np.copysign(vehicle.kappa * root, thrust)
-    saved = multiplier @ A - price
-    span = vehicle.thrust_max - vehicle.thrust_min
-    at_max = vehicle.thrust_max - thrust <= _ON_FACET * span
-    at_min = thrust - vehicle.thrust_min <= _ON_FACET * span
-    return _Slope(
-        value=float(drag_power(vehicle, thrust)),
-        matrix=-np.outer(multiplier, thrust),
-        thrust_min=np.where(at_min, -saved, 0.0),
-        thrust_max=np.where(at_max, -saved, 0.0),
-    )
-
-
-def _of_condition(vehicle: Vehicle, angles: FloatArray) -> _Slope:
-    """σ₁/σ₆ of the whitened A; dσ = uᵀ dA v."""
-    W = whitened(vehicle, angles)
-    U, S, Vt = np.linalg.svd(W, full_matrices=False)
-    if len(S) < 6 or S[5] <= 1e-9 * S[0]:
-        raise _no_slope(vehicle, "condition_number", "A has not full rank")
-    first, last = np.outer(U[:, 0], Vt[0]), np.outer(U[:, 5], Vt[5])
-    slope = first / S[5] - (S[0] / S[5] ** 2) * last
-    box = thrust_box(vehicle)
-    slope_in_A = slope * box.half
-    slope_in_A[3:] /= radius_of_gyration(vehicle)
-    per_half = np.einsum("wi,wi->i", slope, W) / box.half
-    return _Slope(
-        value=float(S[0] / S[5]),
-        matrix=slope_in_A,
-        thrust_min=-0.5 * per_half,
-        thrust_max=0.5 * per_half,
-    )
-
-
-def _carried_on(vehicle: Vehicle, angles: FloatArray, slope: _Slope) -> Sensitivity:
-    """Apply the chain rule to column i of A, [z; p × z − k κ z] with z = R z0."""
-    n = vehicle.n_rotors
-    A = allocation_matrix(vehicle, angles)
-    force, torque = slope.matrix[:3].T, slope.matrix[3:].T
-    z = A[:3].T
-    drag = (vehicle.rotor_spin * vehicle.kappa)[:, None]
-    per_z = force - np.cross(vehicle.rotor_position, torque) - drag * torque
-    tilt = np.zeros(vehicle.n_servos)
-    for one, column in zip(np.eye(n), slope.matrix.T, strict=True):
-        tilt += column @ tilt_derivative(vehicle, one, angles)
-    untilted = np.array([_turned_back(vehicle, angles, i, per_z[i]) for i in range(n)])
-    axis = vehicle.rotor_axis
+        slope = slope_of_radius(vehicle, angles, A, quantity == "radius_zero_moment")
+    parameters = _Parameters.of(vehicle, angles, A)
+    changes = parameters.one_by_one()
     return Sensitivity(
         value=slope.value,
-        tilt=tilt,
-        position=np.cross(z, torque),
-        axis=untilted - axis * np.sum(axis * untilted, axis=1, keepdims=True),
-        thrust_min=slope.thrust_min,
-        thrust_max=slope.thrust_max,
+        left=parameters.sorted_out(-slope.ahead(changes.reversed())),
+        right=parameters.sorted_out(slope.ahead(changes)),
+        _parameters=parameters,
+        _slope=slope,
     )
 
 
-def _turned_back(vehicle: Vehicle, angles: FloatArray, i: int, vector: FloatArray) -> FloatArray:
-    """Return a vector of the tilted rotor as the untilted rotor sees it: turned by −α."""
+def _both(left: FloatArray, right: FloatArray) -> FloatArray:
+    """Return the derivative where it is the same from both sides, else not a number."""
+    ends = np.concatenate([left.ravel(), right.ravel()])
+    size = float(np.abs(ends[np.isfinite(ends)]).max(initial=0.0))
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(left - right) <= _SAME * size, 0.5 * (left + right), np.nan)
+
+
+class _Parameters(NamedTuple):
+    """What can be changed, by how it changes A: column i is [z; p × z − k κ z], z = R z0.
+
+    Attributes
+    ----------
+    matrices : dict
+        Name -> (P, 6, n) array: ∂A by each number of that parameter.
+    shapes : dict
+        Name -> shape of that parameter.
+    """
+
+    matrices: dict[str, FloatArray]
+    shapes: dict[str, tuple[int, ...]]
+
+    @classmethod
+    def of(cls, vehicle: Vehicle, angles: FloatArray, A: FloatArray) -> _Parameters:
+        n, m = vehicle.n_rotors, vehicle.n_servos
+        tilt = np.zeros((m, 6, n))
+        position, axis = np.zeros((n, 3, 6, n)), np.zeros((n, 3, 6, n))
+        for i, one in enumerate(np.eye(n)):
+            tilt[:, :, i] = tilt_derivative(vehicle, one, angles).T
+            position[i, :, 3:, i] = np.cross(np.eye(3), A[:3, i])
+            z0, p = vehicle.rotor_axis[i], vehicle.rotor_position[i]
+            leaning = _turned(vehicle, angles, i, np.eye(3) - np.outer(z0, z0))
+            drag = float(vehicle.rotor_spin[i] * vehicle.kappa[i])
+            axis[i, :, :3, i] = leaning
+            axis[i, :, 3:, i] = np.cross(p, leaning) - drag * leaning
+        still = np.zeros((n, 6, n))
+        matrices = {"tilt": tilt, "position": position.reshape(-1, 6, n)}
+        matrices |= {"axis": axis.reshape(-1, 6, n), "thrust_min": still, "thrust_max": still}
+        shapes: dict[str, tuple[int, ...]] = {"tilt": (m,), "position": (n, 3), "axis": (n, 3)}
+        return cls(matrices, shapes | {"thrust_min": (n,), "thrust_max": (n,)})
+
+    def together(self, given: dict[str, ArrayLike]) -> Changes:
+        """Return one direction in which several numbers change."""
+        steps = {
+            name: np.broadcast_to(as_numbers(value), self.shapes[name])
+            for name, value in given.items()
+        }
+        matrix = sum(np.tensordot(steps[name].ravel(), self.matrices[name], 1) for name in steps)
+        return Changes(
+            np.asarray(matrix)[None], steps["thrust_min"][None], steps["thrust_max"][None]
+        )
+
+    def one_by_one(self) -> Changes:
+        """Return the directions in which a single number changes, then the ranges of thrust."""
+        n = self.shapes["thrust_max"][0]
+        each = np.concatenate([*self.matrices.values(), np.zeros((n, 6, n))])
+        least, most = np.zeros((2, len(each), n))
+        least[-3 * n : -2 * n], most[-2 * n : -n] = np.eye(n), np.eye(n)
+        least[-n:], most[-n:] = -np.eye(n), np.eye(n)
+        return Changes(each, least, most)
+
+    def sorted_out(self, slopes: FloatArray) -> Derivatives:
+        """Return slopes in the order of `one_by_one` by name."""
+        shapes = [*self.shapes.values(), self.shapes["thrust_max"]]
+        ends = np.cumsum([int(np.prod(shape)) for shape in shapes])
+        parts = np.split(slopes + 0.0, ends[:-1])
+        return Derivatives(*(part.reshape(s) for part, s in zip(parts, shapes, strict=True)))
+
+
+def _turned(vehicle: Vehicle, angles: FloatArray, i: int, rows: FloatArray) -> FloatArray:
+    """Return vectors, (k, 3), that are fixed to a rotor, as they are when it is tilted."""
     servo = int(vehicle.rotor_servo[i])
     if servo < 0:
-        return vector
-    a, angle = vehicle.hinge_axis[i], -float(angles[servo])
-    along = a * (a @ vector)
-    turned: FloatArray = (
-        along + (vector - along) * np.cos(angle) + np.cross(a, vector) * np.sin(angle)
-    )
+        return rows
+    a, angle = vehicle.hinge_axis[i], float(angles[servo])
+    along = np.outer(rows @ a, a)
+    turned: FloatArray = along + (rows - along) * np.cos(angle) + np.cross(a, rows) * np.sin(angle)
     return turned
-
-
-def _no_slope(vehicle: Vehicle, quantity: str, reason: str) -> VehicleError:
-    return VehicleError(f"vehicle {vehicle.name}: {quantity} has no derivative here: {reason}.")

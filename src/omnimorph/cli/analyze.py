@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import textwrap
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -112,6 +113,8 @@ def _as_text(analysis: VehicleAnalysis) -> str:
         f"{console.counted(vehicle.n_rotors, 'rotor')}, {servos}; {vehicle.mass:g} kg, "
         f"weight {analysis.weight:.4g} N",
         "",
+        *_class_lines(analysis),
+        "",
         _table_by_tilt(analysis),
         "",
         "Radius: the largest force in every direction, N; with moments free (papers often mean "
@@ -127,25 +130,33 @@ def _as_text(analysis: VehicleAnalysis) -> str:
     return "\n".join(parts)
 
 
+def _class_lines(analysis: VehicleAnalysis) -> list[str]:
+    """Return what the vehicle is over all its tilts; how it is judged below, if otherwise."""
+    from omnimorph.report.analysis_words import judged_words, over_all_tilts_words
+
+    over_all = f"Class: {over_all_tilts_words(analysis.platform)}."
+    return textwrap.wrap(judged_words(analysis.platform) or over_all, _WIDTH)
+
+
+_WIDTH = 110
 _DEAD_BAND = "The dead band of the rotors is ignored: thrusts it forbids count as possible."
 
 
 def _table_by_tilt(analysis: VehicleAnalysis) -> str:
     header = [
         *("tilt °", "rank A", "rank F", "condition", "r free N", "r zero N", "lift N"),
-        *("power W", "paper", "class"),
+        *("power W", "paper", "class at this tilt"),
     ]
     rows = [_row(one) for one in analysis.at]
     if not analysis.vehicle.n_servos:
-        header, rows = header[1:], [row[1:] for row in rows]
+        header, rows = [*header[1:-1], "class"], [row[1:] for row in rows]
     return console.table(rows, header=header, align="r" * (len(header) - 1))
 
 
 def _row(one: AtTilt) -> list[str]:
     actuation, power = one.actuation, one.hover
-    thrust = actuation.thrust_kind.value
     is_common = len(set(one.tilt.tolist())) == 1  # one angle stands for all servos
-    words = f"{actuation.kind.value}; {thrust}" + (f" ({one.why})" if one.why else "")
+    words = str(actuation.vehicle_class) + (f" ({one.why})" if one.why else "")
     return [
         ", ".join(_deg(angle) for angle in (one.tilt[:1] if is_common else one.tilt)),
         str(actuation.rank_thrust),
@@ -164,10 +175,9 @@ def _hovering_lines(analysis: VehicleAnalysis) -> list[str]:
     found = analysis.omnidirectional
     if not analysis.vehicle.n_servos:
         every, level = len(found.zero_moment) > 0, len(found.level) > 0
-        share = float(analysis.hover_map.feasible.mean())
         return [
             f"It can hover level: {_yes(level)}; in every attitude: {_yes(every)}; "
-            f"in {share:.0%} of {len(analysis.hover_map.up)} attitudes."
+            f"share of all attitudes: {analysis.asked.attitudes.words}."
         ]
     rows = [
         ("every attitude, zero moment", found.zero_moment, found.zero_moment_beyond),
@@ -175,7 +185,8 @@ def _hovering_lines(analysis: VehicleAnalysis) -> list[str]:
         ("level", found.level, found.level_beyond),
     ]
     table = [[words, _intervals(within), _intervals(beyond)] for words, within, beyond in rows]
-    header = ["it can hover", "within its limits", "if the servos turned all the way"]
+    together = ", all servos at one tilt" if analysis.platform.has_free_tilts else ""
+    header = [f"it can hover{together}", "within its limits", "if the servos turned all the way"]
     return [console.table(table, header=header)]
 
 
@@ -183,7 +194,8 @@ def _singular_lines(analysis: VehicleAnalysis) -> list[str]:
     if not analysis.singular:
         return []
     tilts = ", ".join(f"{_deg(one.tilt)}° (rank {one.rank})" for one in analysis.singular)
-    return ["", f"Singular tilts, over the whole turn: {tilts}."]
+    together = ", all servos together" if analysis.platform.has_free_tilts else ""
+    return ["", f"Singular tilts, over the whole turn{together}: {tilts}."]
 
 
 def _wake_lines(analysis: VehicleAnalysis) -> list[str]:

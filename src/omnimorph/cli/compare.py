@@ -73,6 +73,5 @@ def _row(row: Compared) -> list[str]:
         console.number(found.lateral_over_weight, 3),
         console.number(found.hover_power_per_kg, 3),
         error,
-        f"{found.kind.value}; {found.thrust_kind.value}"
-        + ("" if completed else f"; {row.outcome}"),
+        str(found.vehicle_class) + ("" if completed else f"; {row.outcome}"),
     ]

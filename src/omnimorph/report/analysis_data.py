@@ -12,19 +12,15 @@ from typing import Any
 import numpy as np
 
 from omnimorph.analysis.hover import HoverMap, HoverPoint
-from omnimorph.analysis.overview import (
-    AtTilt,
-    Omnidirectionality,
-    Trade,
-    VehicleAnalysis,
-    WakeEffect,
-)
+from omnimorph.analysis.omnidirectional import Omnidirectionality
+from omnimorph.analysis.overview import AtTilt, Trade, VehicleAnalysis, WakeEffect
+from omnimorph.analysis.platform import Platform
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.analysis.sweep import TiltSweep
 from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI
 
-__all__ = ["ANALYSIS_SCHEMA", "analysis_data"]
+__all__ = ["ANALYSIS_SCHEMA", "analysis_data", "platform_data"]
 
 ANALYSIS_SCHEMA = "omnimorph.analysis"
 """The value of ``schema``: by it a folder is known as an analysis."""
@@ -48,6 +44,7 @@ def analysis_data(analysis: VehicleAnalysis) -> dict[str, Any]:
             "weight_N": analysis.weight,
             "dead_band_ignored": bool(vehicle.dead_band.any()),
         },
+        "over_all_tilts": platform_data(analysis.platform),
         "tilt_limits_deg": _degrees(analysis.limits) if vehicle.n_servos else None,
         "at_tilt": [_at(one) for one in analysis.at],
         "singular_tilts": [
@@ -58,6 +55,17 @@ def analysis_data(analysis: VehicleAnalysis) -> dict[str, Any]:
         "hover_map": _hover_map(analysis.hover_map),
         "interference": None if analysis.wakes is None else _wakes(analysis.wakes),
         "morphing_trade": None if analysis.trade is None else _trade(analysis.trade),
+    }
+
+
+def platform_data(found: Platform) -> dict[str, Any]:
+    """Return the class and numbers of a vehicle over all its tilts, as `compare` has them too."""
+    return {
+        "actuation": found.kind.value,
+        "thrust": found.thrust_kind.value,
+        "radius_over_weight": found.radius_over_weight,
+        "lateral_over_weight": found.lateral_over_weight,
+        "hover_power_W_per_kg": _finite(found.hover_power_per_kg),
     }
 
 
@@ -80,6 +88,8 @@ def _at(one: AtTilt) -> dict[str, Any]:
         "largest_lift_N": one.force_zero.reach([0.0, 0.0, 1.0]),
         "level_hover": _hover(one.hover),
         "level_hover_least_norm": _hover(one.hover_norm),
+        "attitudes_share": one.attitudes.share,
+        "attitudes": one.attitudes.words,
     }
 
 

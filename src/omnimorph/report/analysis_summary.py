@@ -10,10 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from omnimorph.analysis.actuation import ThrustKind
 from omnimorph.analysis.overview import VehicleAnalysis, WakeEffect
 from omnimorph.report.analysis_words import (
     count_words,
     intervals_words,
+    judged_words,
+    listed,
     lost_words,
     singular_words,
 )
@@ -50,6 +53,8 @@ def description(analysis: VehicleAnalysis) -> str:
 def key_points(analysis: VehicleAnalysis) -> list[KeyPoint]:
     """Return what one has to know of a vehicle, a handful of lines."""
     points = [_omnidirectional(analysis), _level(analysis), _actuation(analysis)]
+    if analysis.platform.has_free_tilts:
+        points.insert(0, KeyPoint("All servos at one tilt.", judged_words(analysis.platform)))
     if analysis.asked.hover.feasible:
         points.append(_moments(analysis))
     if analysis.wakes is not None and np.isfinite(analysis.wakes.power).any():
@@ -88,7 +93,7 @@ def ignored(analysis: VehicleAnalysis) -> list[str]:
     if vehicle.n_servos > 1:
         left_out.append(
             "Over the tilt, all servos are moved together. With a tilt of its own for each servo "
-            "the vehicle may do more than is shown here."
+            "the vehicle does more than is shown here, see the first key point."
         )
     return left_out
 
@@ -111,7 +116,8 @@ def _omnidirectional(analysis: VehicleAnalysis) -> KeyPoint:
         text = f"Its radius is {share} at zero moment, which hovering needs, and {free} N with "
         text += "free moments."
         text += " There are directions in which it cannot push." if radius == 0.0 else ""
-        return KeyPoint(f"{_yes_or_no(radius >= weight)}.", text)
+        holds = best.actuation.thrust_kind is ThrustKind.OMNIDIRECTIONAL
+        return KeyPoint(f"{_yes_or_no(holds)}.", text)
     if len(found.zero_moment):
         text = f"{intervals_words(found.zero_moment)} at zero moment, which hovering needs; "
         text += f"{intervals_words(found.free_moment)} with free moments. The radius at zero "
@@ -121,7 +127,9 @@ def _omnidirectional(analysis: VehicleAnalysis) -> KeyPoint:
         text += f", at {tilt_words(best.tilt)}." if radius > 0.0 else "."
         if len(found.free_moment):
             text += f" With free moments it would be {intervals_words(found.free_moment)}."
-    return KeyPoint(_yes_or_no(len(found.zero_moment) > 0), text + _further(analysis))
+    head = _yes_or_no(len(found.zero_moment) > 0)
+    head += " with all servos at one tilt" if analysis.platform.has_free_tilts else ""
+    return KeyPoint(head, text + _further(analysis))
 
 
 def _yes_or_no(holds: bool) -> str:
@@ -152,9 +160,10 @@ def _level(analysis: VehicleAnalysis) -> KeyPoint:
         return KeyPoint("Hovering level", f"costs {number(costs[0][1])} W against drag.")
     shown = [f"{number(power)} W at {degrees(tilt)}" for tilt, power in (costs[0], costs[-1])]
     text = f"costs {' and '.join(dict.fromkeys(shown))}, against drag and in still air."
-    cheapest = min(costs, key=lambda cost: cost[1])
-    if cheapest[1] < 0.99 * min(costs[0][1], costs[-1][1]):
-        text += f" Near {degrees(cheapest[0])} it is cheapest, {number(cheapest[1])} W."
+    least = min(power for _, power in costs)
+    if least < 0.99 * min(costs[0][1], costs[-1][1]):
+        best = [degrees(tilt) for tilt, power in costs if power <= (1.0 + 1e-9) * least]
+        text += f" Near {listed(best)} it is cheapest, {number(least)} W."
     everywhere = len(level) == 1 and np.allclose(level[0], limits, atol=1e-6)
     if not everywhere and len(level):
         text += f" It can do so {intervals_words(level)} only."
@@ -181,7 +190,7 @@ def _level_costs(analysis: VehicleAnalysis) -> list[tuple[float, float]]:
 def _actuation(analysis: VehicleAnalysis) -> KeyPoint:
     one = analysis.asked.actuation
     at = f"at {tilt_words(one.tilt)}: " if analysis.vehicle.n_servos else ""
-    text = f"{at}{one.kind.value}, {one.thrust_kind.value} (rank A = {one.rank_thrust}"
+    text = f"{at}{one.vehicle_class} (rank A = {one.rank_thrust}"
     text += f", rank F = {one.rank_full})." if analysis.vehicle.n_servos else ")."
     if one.rank_thrust < 6:
         text += f" No thrusts make {lost_words(one.lost)}."

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
+from omnimorph.analysis.platform import Platform
 from omnimorph.protocols import FloatArray
 from omnimorph.report.tables import degrees, number
 
@@ -14,8 +15,10 @@ __all__ = [
     "condition_words",
     "count_words",
     "intervals_words",
+    "judged_words",
     "listed",
     "lost_words",
+    "over_all_tilts_words",
     "rows_by_tilt",
     "singular_words",
 ]
@@ -59,6 +62,32 @@ def intervals_words(intervals: FloatArray) -> str:
         for begin, end in intervals.tolist()
     ]
     return listed(parts)
+
+
+def over_all_tilts_words(found: Platform) -> str:
+    """Return the class and numbers of a vehicle over all its tilts, as `compare` shows them.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> over_all_tilts_words(om.analysis.platform("omnimorph"))
+    'fully actuated, redundant; omnidirectional; radius 1.31, sideways force 0.905 of the weight'
+    """
+    return (
+        f"{found.vehicle_class}; radius {number(found.radius_over_weight, 3)}, sideways force "
+        f"{number(found.lateral_over_weight, 3)} of the weight"
+    )
+
+
+def judged_words(found: Platform) -> str:
+    """Return, for a vehicle of several servos, that it is judged with all at one tilt; else ""."""
+    if not found.has_free_tilts:
+        return ""
+    return (
+        f"This analysis judges all {found.n_servos} servos at one common tilt, or at the tilts "
+        "asked for. With a tilt of its own for each servo, as `omnimorph compare` judges it: "
+        f"{over_all_tilts_words(found)}."
+    )
 
 
 def condition_words(rows: FloatArray) -> str:

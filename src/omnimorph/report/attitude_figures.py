@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from omnimorph.analysis.attitude_share import single_attitudes
 from omnimorph.analysis.hover import hover_power
 from omnimorph.analysis.overview import VehicleAnalysis
 from omnimorph.analysis.polytope import Polytope
@@ -21,7 +22,6 @@ from omnimorph.report.attitudes import (
     best_tilt_on,
     few_attitudes,
     grown,
-    single_attitudes,
     softened,
     weight_inside,
 )

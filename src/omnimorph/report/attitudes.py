@@ -7,7 +7,6 @@ projection: a share of the disc is the same share of the attitudes.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,6 @@ __all__ = [
     "best_tilt_on",
     "few_attitudes",
     "grown",
-    "single_attitudes",
     "softened",
     "weight_inside",
 ]
@@ -94,26 +92,6 @@ def weight_inside(vehicle: Vehicle, one: Polytope, up: FloatArray) -> FloatArray
         return np.full(len(up), -np.inf)
     reach = vehicle.mass * GRAVITY * up @ one.normals.T
     return np.asarray((one.offsets - reach).min(axis=1))
-
-
-def single_attitudes(vehicle: Vehicle, one: Polytope) -> FloatArray:
-    """Return the attitudes, (D, 3), in which a flat set of forces holds the weight.
-
-    Up to two for a rod; for a plate the points of a circle half a degree apart.
-    """
-    weight = vehicle.mass * GRAVITY
-    if one.dimension not in (1, 2):
-        return np.empty((0, 3))
-    middle = one.vertices.mean(axis=0)
-    along = np.linalg.svd(one.vertices - middle)[2][: one.dimension]
-    foot = middle - along.T @ (along @ middle)
-    rest = weight**2 - float(foot @ foot)
-    if rest < 0.0:
-        return np.empty((0, 3))
-    turn = np.linspace(0.0, 2.0 * math.pi, 720, endpoint=False)
-    ways = [[1.0], [-1.0]] if len(along) == 1 else np.column_stack([np.cos(turn), np.sin(turn)])
-    points = foot + math.sqrt(rest) * np.asarray(ways) @ along
-    return np.array([point / weight for point in points if one.contains(point)]).reshape(-1, 3)
 
 
 def few_attitudes(up: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:

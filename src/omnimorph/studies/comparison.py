@@ -14,6 +14,7 @@ from omnimorph.analysis import tilt_of_largest_radius
 from omnimorph.analysis.platform import Platform, platform
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, TooLargeError
+from omnimorph.report.analysis_data import platform_data
 from omnimorph.report.comparison_figures import Column, numbers_of_platforms, to_one_scale
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import save_svg
@@ -103,18 +104,13 @@ def comparison_data(rows: Sequence[Compared]) -> dict[str, Any]:
 
 def _as_dict(row: Compared) -> dict[str, Any]:
     found = row.platform
-    power = found.hover_power_per_kg
     return {
         "vehicle": row.vehicle.name,
         "title": row.vehicle.title,
         "rotors": found.n_rotors,
         "servos": found.n_servos,
         "mass_kg": found.mass,
-        "actuation": found.kind.value,
-        "thrust": found.thrust_kind.value,
-        "radius_over_weight": found.radius_over_weight,
-        "lateral_over_weight": found.lateral_over_weight,
-        "hover_power_W_per_kg": power if np.isfinite(power) else None,
+        **platform_data(found),
         "outcome": row.outcome,
         "flight": None if row.flown is None else row.flown.as_dict(),
     }
@@ -186,7 +182,7 @@ def platform_table(rows: Sequence[Compared]) -> Table:
             number(row.platform.radius_over_weight, 3),
             number(row.platform.lateral_over_weight, 3),
             number(row.platform.hover_power_per_kg, 3),
-            f"{row.platform.kind.value}; {row.platform.thrust_kind.value}",
+            str(row.platform.vehicle_class),
         ]
         for row in rows
     ]

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
 from omnimorph.analysis.actuation import Actuation, actuation
+from omnimorph.analysis.attitude_share import AttitudeShare, attitude_share
 from omnimorph.analysis.hover import HoverPoint, hover, hover_power, sphere_directions
 from omnimorph.analysis.omnidirectional import tilt_of_largest_radius
+from omnimorph.analysis.platform import Platform, platform
 from omnimorph.analysis.polytope import Ball, Polytope
 from omnimorph.analysis.wrench_set import force_set, moment_set
 from omnimorph.design.vehicle import Vehicle
@@ -97,6 +100,8 @@ class Design:
             level=hover(vehicle, self.tilt),
             power=hover_power(vehicle, self.tilt, ATTITUDES),
             actuation=actuation(vehicle, self.tilt),
+            attitudes=attitude_share(vehicle, force_set(vehicle, self.tilt, zero_moment=True)),
+            platform=_platform_of(self.base, self.mass, self.speed, self.size),
         )
 
 
@@ -117,6 +122,11 @@ class View(NamedTuple):
     power : (D,) array, W
         Least hover power in each of `ATTITUDES`; inf where it cannot hover.
     actuation : Actuation
+        At this tilt.
+    attitudes : AttitudeShare
+        Of all attitudes, those in which it can hover at this tilt.
+    platform : Platform
+        Class and numbers over all tilts, each servo at its own: what `compare` shows.
     """
 
     vehicle: Vehicle
@@ -128,6 +138,14 @@ class View(NamedTuple):
     level: HoverPoint
     power: FloatArray
     actuation: Actuation
+    attitudes: AttitudeShare
+    platform: Platform
+
+
+@lru_cache(maxsize=16)
+def _platform_of(base: Vehicle, mass: float, speed: float, size: float) -> Platform:
+    """Return the numbers over all tilts: with many servos that takes a second, so it is kept."""
+    return platform(Design(base, np.zeros(base.n_servos), mass, speed, size).vehicle())
 
 
 class Scales(NamedTuple):

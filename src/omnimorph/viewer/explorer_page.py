@@ -184,9 +184,8 @@ class ExplorerPage:
 def numbers_of(view: View) -> list[Row]:
     """Return the numbers beside the picture: key, words, unit, value."""
     forces = 0.0 if view.ball is None else view.ball.radius
-    hovers = float(np.isfinite(view.power).mean())
     return [
-        Row("kind", "thrust", "", [view.actuation.thrust_kind.value]),
+        *_class_rows(view),
         Row("rank", "rank of A", "", [str(view.actuation.rank_thrust)]),
         Row("weight", "weight", "N", [shown_number(view.weight)]),
         Row("force-radius", "largest ball of forces", "N", [shown_number(forces)]),
@@ -199,14 +198,33 @@ def numbers_of(view: View) -> list[Row]:
             [shown_number(view.moments.inscribed_radius)],
         ),
         Row("hover-power", "power to hover level", "W", [shown_number(view.level.power)]),
-        Row("hovers", "attitudes it can hover in", "%", [shown_number(100.0 * hovers, 3)]),
+        Row("hovers", "attitudes it can hover in", "", [view.attitudes.words]),
+    ]
+
+
+def _class_rows(view: View) -> list[Row]:
+    """Return the class; over all tilts first, where it is another question than at this one."""
+    found, at_tilt = view.platform, str(view.actuation.vehicle_class)
+    if not found.n_servos:
+        return [Row("kind", "class", "", [at_tilt])]
+    if not found.has_free_tilts:
+        over_all = Row("class", "class over its tilts", "", [str(found.vehicle_class)])
+        return [over_all, Row("kind", "class at this tilt", "", [at_tilt])]
+    radius, lateral = found.radius_over_weight, found.lateral_over_weight
+    return [
+        Row("class", "class, each servo at its own tilt", "", [str(found.vehicle_class)]),
+        Row("free-radius", "radius over weight, likewise", "", [shown_number(radius, 3)]),
+        Row("free-lateral", "sideways over weight, likewise", "", [shown_number(lateral, 3)]),
+        Row("kind", "from here on at the tilts set: class", "", [at_tilt]),
     ]
 
 
 def _direction(view: View) -> str:
     if view.ball is None or view.ball.radius == 0.0:
         return "—"
-    return ", ".join(f"{coordinate:.2f}" for coordinate in view.ball.direction)
+    direction = ", ".join(f"{coordinate:.2f}" for coordinate in view.ball.direction)
+    touched = int((view.forces.offsets <= view.ball.radius * (1.0 + 1e-9)).sum())
+    return direction if touched == 1 else f"{direction}; one of {touched}"
 
 
 def _lift(view: View) -> str:

@@ -25,9 +25,8 @@ from queue import SimpleQueue
 from tests.mutants.listed import ROOT, Mutant, mutants
 
 NOTICED = "noticed"
-_LEFT_OUT = shutil.ignore_patterns(
-    *(".git", ".venv", "build", "dist", "reproduction", "__pycache__", "*.so", ".*_cache")
-)
+_COPIED = ("src", "tests", "core", "docs", "examples", "CMakeLists.txt", "pyproject.toml")
+_LEFT_OUT = shutil.ignore_patterns("__pycache__", "*.so")
 _ENOUGH = 5  # failed tests
 _PATIENCE = 1200.0  # s
 # How a test fails that found something wrong, unlike one that could not run.
@@ -40,7 +39,11 @@ class Copy:
     def __init__(self, folder: Path) -> None:
         self.root = folder / "tree"
         self._build = folder / "build"
-        shutil.copytree(ROOT, self.root, ignore=_LEFT_OUT)
+        for name in _COPIED:
+            if (ROOT / name).is_dir():
+                shutil.copytree(ROOT / name, self.root / name, ignore=_LEFT_OUT)
+            else:
+                shutil.copy(ROOT / name, self.root / name)
         installed = importlib.util.find_spec("omnimorph._core")
         assert installed is not None
         assert installed.origin is not None
@@ -111,7 +114,7 @@ class Copy:
         reasons = list(_reasons(report))
         if any(reason.startswith(_FOUND_WRONG) for reason in reasons):
             return NOTICED
-        return f"broken: {' | '.join(reason[:150] for reason in reasons)}"
+        return f"broken: {' | '.join(reason[:400] for reason in reasons)}"
 
 
 def _reasons(report: Path) -> Iterator[str]:
@@ -120,7 +123,7 @@ def _reasons(report: Path) -> Iterator[str]:
         for failure in case.iter("failure"):
             yield failure.get("message", "")
         for error in case.iter("error"):
-            yield f"error: {error.get('message', '')}"
+            yield f"error: {error.get('message', '')} {(error.text or '')[-300:]}"
 
 
 def _noticed(copy: Copy, mutant: Mutant) -> str:

@@ -27,7 +27,7 @@ SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: setup reproduce test test-slow test-all check format stub bench lock clean help always
+.PHONY: setup reproduce test test-slow test-all mutants check format stub bench lock clean help always
 
 setup: $(VENV)/installed  ## make .venv, install the locked packages, build and install omnimorph
 
@@ -41,6 +41,9 @@ test-slow: setup $(VENV)/engines  ## all other tests; need clang, qemu, chromium
 	$(BIN)/python -m pytest $(IN_PARALLEL) -m slow
 
 test-all: test test-slow  ## both
+
+mutants: setup  ## make each mistake of tests/mutants in a copy: tests must fail (ONLY="report cli" JOBS=2)
+	$(BIN)/python -m tests.mutants.run $(ONLY) $(if $(JOBS),--jobs $(JOBS))
 
 check: setup  ## format, lint, types, import layers
 	$(BIN)/ruff format --check .

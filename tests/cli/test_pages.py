@@ -17,7 +17,8 @@ from omnimorph.live.pilot import Pilot
 
 
 def test_a_flight_survives_who_talks_nonsense_to_it(tmp_path: Path) -> None:
-    with served("fly", "hover", "--view", "--out", "flown", folder=tmp_path) as command:
+    words = ("fly", "hover", "--view", "--seed", "3", "--out", "flown")
+    with served(*words, folder=tmp_path) as command:
         with Visitor(command.url) as visitor:
             found = visitor.controls()
             visitor.look()
@@ -34,6 +35,8 @@ def test_a_flight_survives_who_talks_nonsense_to_it(tmp_path: Path) -> None:
     assert "Traceback" not in err
     run = om.load_run(tmp_path / "flown" / "run.nc")
     assert "events" not in json.loads(run.provenance.scenario_text)
+    assert "seed 3" in out
+    assert run.content_hash == om.fly(om.load_scenario("hover"), seed=3).content_hash
 
 
 def test_a_flight_that_a_fault_of_the_page_ends_is_kept(

@@ -52,6 +52,23 @@ def test_a_quadrotor_by_hand() -> None:
     assert found.effort == pytest.approx(4.0 * (hover / 1e-5) ** 2)
 
 
+def test_the_weaker_sense_of_a_moment_counts() -> None:
+    """Two of the four rotors, those that turn one way round, are faster: more yaw one way."""
+    spin = np.array([1.0, -1.0, 1.0, -1.0])
+    for faster in (1.0, -1.0):
+        lopsided = build_star(4, speed_max=np.where(spin == faster, 640.0, 600.0))
+        hover = GRAVITY / 4.0
+        fast, slow = (1e-5 * w**2 for w in (640.0, 600.0))
+        # The total stays the weight, so what one pair gains the other loses; kappa is 0.02 m.
+        strong, weak = (2 * 0.02 * min(f - hover, hover) * 2 for f in (fast, slow))
+        assert weak < strong
+        moments = om.analysis.moment_set(lopsided, [], force=[0.0, 0.0, GRAVITY])
+        reach = sorted(moments.reach([0.0, 0.0, sign]) for sign in (1.0, -1.0))
+        np.testing.assert_allclose(reach, [weak, strong])
+        yaw = capability(lopsided).angular[2]
+        assert yaw == pytest.approx(weak / lopsided.inertia[2, 2])
+
+
 @EVERY_VEHICLE
 def test_what_is_to_spare_can_be_made(vehicle: om.Vehicle) -> None:
     found = capability(vehicle)

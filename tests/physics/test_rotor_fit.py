@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from scipy import stats
 from tests.physics.bench_runs import DRAG, THRUST, TURN, bench_run, lagged, staircase
 
 import omnimorph as om
 from omnimorph.identification import BenchData, fit_rotor
+from omnimorph.identification.coefficients import Estimate, differ, fit_coefficient
+from omnimorph.identification.time_constants import StepFit, combined
 from omnimorph.protocols import FloatArray
 
 SEEDS = 200
@@ -154,3 +159,73 @@ def test_least_squares_agrees_with_an_independent_solver() -> None:
     kept = ~fit.thrust.outlier
     solution = np.linalg.lstsq((run.speed**2)[kept, None], run.force[kept], rcond=None)[0]
     assert fit.thrust.value.value == pytest.approx(float(solution[0]), rel=1e-12)
+
+
+def test_an_outlier_sets_no_limit_of_the_speed() -> None:
+    """The rows at the highest and the lowest speed are wrong, so that speed was not seen."""
+    speed = staircase()
+    speed[[5, 60]] = [TURN * 170.0, TURN * 10.0]
+    run = bench_run(speed, force_noise=1e-3, torque_noise=1e-5)
+    force = run.force.copy()
+    force[[5, 60]] += 4.0
+    fit = fit_rotor(bench_run(speed, force=force, torque=run.torque))
+    assert fit.thrust.outlier.nonzero()[0].tolist() == [5, 60]
+    assert (fit.speed_min, fit.speed_max) == (TURN * 30.0, TURN * 150.0)
+
+
+def test_time_constants_are_as_certain_as_their_steps_together() -> None:
+    """Of n equal steps the interval is 1/√n as wide; weights are inverse squares of the widths."""
+
+    def step(value: float, half: float) -> StepFit:
+        estimate = Estimate(value, value - half, value + half)
+        return StepFit(
+            begin=0, end=1, up=True, first=0, time_constant=estimate, steady=1.0, amplitude=1.0
+        )
+
+    equal = combined([step(0.02, 0.004)] * 4)
+    assert equal is not None
+    assert equal == pytest.approx((0.02, 0.018, 0.022))
+    unequal = combined([step(0.020, 0.001), step(0.0201, 0.002)])
+    assert unequal is not None
+    assert unequal.value == pytest.approx((0.020 + 0.0201 / 4.0) / 1.25)
+    assert 0.5 * (unequal.high - unequal.low) == pytest.approx(0.001 / math.sqrt(1.25))
+
+
+def test_time_constants_are_as_wide_as_they_scatter() -> None:
+    """Over many runs: the half width is about 1.96 standard deviations of the values."""
+    fits = [fit_rotor(steps_run(seed)).time_constant_up for seed in range(40)]
+    values = np.array([fit.value for fit in fits if fit is not None])
+    halves = np.array([0.5 * (fit.high - fit.low) for fit in fits if fit is not None])
+    assert len(values) == 40
+    assert np.median(halves) == pytest.approx(1.96 * values.std(), rel=0.5)
+
+
+def test_sides_are_told_apart_by_chance_in_1_of_100_runs() -> None:
+    """Two estimates of one number: 4000 pairs, of which 1 % ± 0.16 % differ at 99 %."""
+    random = np.random.default_rng(1)
+    first, second = 1.0 + 0.1 * random.standard_normal((2, 4000))
+    half = 0.1 * 1.959964
+    apart = [
+        differ(Estimate(a, a - half, a + half), Estimate(b, b - half, b + half))
+        for a, b in zip(first, second, strict=True)
+    ]
+    assert 0.005 < np.mean(apart) < 0.015
+
+
+def test_one_row_that_weighs_most_makes_the_interval_wide() -> None:
+    """Seven slow rows and a fast one, whose residual hides in the fit: 1 − leverage brings it back.
+
+    So 94 of 100 intervals hold the truth; with the bare residual 73 would.
+    """
+    square = np.r_[np.full(7, 1.0), 6.0]
+    sides = (square > 0.0, square < 0.0)
+    random = np.random.default_rng(2)
+    runs = 2.0 * square + 0.1 * random.standard_normal((1000, 8))
+    held = [fit_coefficient(square, measured, sides).both.holds(2.0) for measured in runs]
+    assert np.mean(held) > 0.90
+    size = float(square @ square)
+    slope = float(square @ runs[0]) / size
+    residual = (runs[0] - slope * square) / (1.0 - square**2 / size)
+    half = stats.t.ppf(0.975, 7) * math.sqrt(square**2 @ residual**2) / size
+    found = fit_coefficient(square, runs[0], sides).both
+    assert found == pytest.approx((slope, slope - half, slope + half))

@@ -11,6 +11,7 @@ import pytest
 from tests.physics.small_vehicles import build_star
 
 import omnimorph as om
+from omnimorph.control.margins import rotor_lag
 from omnimorph.reference.segments import Segment, SegmentReference
 
 OMNIMORPH = om.load_vehicle("omnimorph")
@@ -131,3 +132,17 @@ def test_the_papers_flight_with_20_ms_of_delay_and_with_32() -> None:
         late = replace(scenario, plant=replace(scenario.plant, effects=effects))
         outcome[delay] = om.fly(late).outcome
     assert outcome == {0.020: om.Outcome.COMPLETED, 0.032: om.Outcome.LOST}
+
+
+def test_the_slower_of_both_time_constants_counts() -> None:
+    def margins(up: float, down: float) -> om.StabilityMargins:
+        of_rotors = {"time_constant_up": np.full(8, up), "time_constant_down": np.full(8, down)}
+        return om.stability_margins(om.TrackingGains(), OMNIMORPH.replace(**of_rotors))
+
+    for up, down in ((0.02, 0.05), (0.05, 0.02)):
+        slow, both = margins(up, down), margins(0.05, 0.05)
+        np.testing.assert_array_equal(slow.delay_margin, both.delay_margin)
+        assert (slow.delay_margin < margins(0.02, 0.02).delay_margin).all()
+    one = np.full(8, 0.02)
+    one[5] = 0.04
+    assert rotor_lag(OMNIMORPH.replace(time_constant_up=one)) == 0.04

@@ -29,7 +29,7 @@ from omnimorph.report.analysis_words import (
     rows_by_tilt,
     singular_words,
 )
-from omnimorph.report.tables import degrees, tilt_words
+from omnimorph.report.tables import degrees, number, tilt_words
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +97,36 @@ def test_key_points_of_omnimorph(analysis: VehicleAnalysis) -> None:
     assert points["Hovering level"].startswith("costs 111.4 W at 0° and 315.1 W at 60°")
     assert "146.4 W at 0° (+31 %)" in points["Wakes:"]
     assert "beyond 30.93° in still air and beyond 40.44°" in points["The tilt mechanism"]
+
+
+def test_the_optimum_named_is_the_one_at_zero_moment(analysis: VehicleAnalysis) -> None:
+    """Told apart by exchanging the sets with free moments, whose optimum is then elsewhere."""
+    exchanged = [one.force_free for one in reversed(analysis.at)]
+    at = [replace(one, force_free=free) for one, free in zip(analysis.at, exchanged, strict=True)]
+    by_zero, by_free = (
+        max(at[:-1], key=lambda one: getattr(one, which).inscribed_radius)
+        for which in ("force_zero", "force_free")
+    )
+    assert by_zero is not by_free
+    (point,) = [one for one in key_points(replace(analysis, at=tuple(at))) if "mnidi" in one.head]
+    radius = by_zero.force_zero.inscribed_radius
+    text = point.text.replace("\N{NO-BREAK SPACE}", " ")
+    assert f"largest at {tilt_words(by_zero.tilt)}: {number(radius)} N" in text
+    assert f"({number(100.0 * radius / analysis.weight, 3)} % of the weight)" in text
+
+
+def test_moments_and_lifts_named_are_those_of_the_analysis(analysis: VehicleAnalysis) -> None:
+    points = {point.head: point.text for point in key_points(analysis)}
+    moment = analysis.asked.moment
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        reach = number(min(moment.reach(axis), moment.reach(-axis)), 3)
+        assert f"{reach}\N{NO-BREAK SPACE}N m about {name}" in points["Moments"]
+    inscribed = number(moment.inscribed_radius, 3)
+    assert f"About every axis: {inscribed}\N{NO-BREAK SPACE}N m" in points["Moments"]
+    heavy = analyze(NOT_MORPHING["too heavy"])
+    cannot = {point.head: point.text for point in key_points(heavy)}["Cannot hover level:"]
+    lift, weight = number(heavy.asked.force_zero.reach([0.0, 0.0, 1.0])), number(heavy.weight)
+    assert re.findall(r"[\d.]+(?=\WN)", cannot) == [lift, weight]
 
 
 def test_the_dead_band_is_named_where_there_is_one(analysis: VehicleAnalysis) -> None:

@@ -15,7 +15,7 @@ from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.metrics import Metrics
 from omnimorph.studies import flight_log
 from omnimorph.studies.flight_log import FlightLog, Flown, flight_keys, is_flight_log
-from omnimorph.studies.many_flights import Job, fly_jobs
+from omnimorph.studies.many_flights import Job, fly_jobs, fly_runs
 
 SHORT = replace(
     om.load_scenario("paper-case-b"),
@@ -199,3 +199,12 @@ def test_an_interrupt_keeps_what_is_finished(tmp_path: Path) -> None:
     with FlightLog(path) as log:
         assert 2 <= len(log) < 40
     assert json.loads(lines(path)[0])["schema"] == "omnimorph flights"
+
+
+def test_every_job_is_flown_with_its_own_seed(tmp_path: Path) -> None:
+    alone = [om.fly(SHORT, seed=job.seed) for job in JOBS]
+    assert len({run.content_hash for run in alone}) == len(JOBS)
+    with FlightLog(tmp_path / "log") as log:
+        found = [flown.metrics for flown in fly_jobs(JOBS[::-1], log)]
+    assert found == [run.metrics for run in alone[::-1]]
+    assert [run.content_hash for run in fly_runs(JOBS)] == [run.content_hash for run in alone]

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.spatial.transform import Rotation
 from tests.physics.test_many_flights import NOISE, assert_same, two_seconds
 
 import omnimorph as om
 from omnimorph import effects
 from omnimorph.errors import InputError, ScenarioError
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.simulation.variation import VARIABLE, draw
 
 LAG = effects.RotorLag(up=0.02, down=0.03)
@@ -91,15 +93,21 @@ def test_a_start_is_beside_the_references(name: str, values: list[float]) -> Non
         "start_position": run.p_WB[0] - usual.p_WB[0],
         "start_velocity": run.v_WB[0],
         "start_rate": run.w_WB_B[0],
-        "start_attitude": np.array(values),
+        "start_attitude": Rotation.from_matrix(usual.R_WB[0].T @ run.R_WB[0]).as_rotvec(),
     }
     np.testing.assert_allclose(moved[name], values, rtol=0, atol=1e-12)
-    if name == "start_attitude":
-        angle = np.arccos((np.trace(usual.R_WB[0].T @ run.R_WB[0]) - 1.0) / 2.0)
-        assert angle == pytest.approx(np.linalg.norm(values))
-        axis = run.R_WB[0].T @ usual.R_WB[0] @ values
-        np.testing.assert_allclose(axis, values, atol=1e-12)
     assert run.outcome is om.Outcome.COMPLETED
+
+
+def test_a_start_attitude_turns_about_the_axes_of_the_body() -> None:
+    """R₀ᵀ R = exp(v): from an attitude that is not upright the axes of W would be others."""
+    turned = Rotation.from_rotvec([0.4, -0.7, 0.5]).as_matrix()
+    reference = SegmentReference((0.0, 0.0, 1.0), turned, [Segment(0.1)])
+    scenario = replace(two_seconds(), reference=reference)
+    vector = np.array([0.1, 0.2, -0.15])
+    run = flown("start_attitude", vector, scenario)
+    away = Rotation.from_matrix(turned.T @ run.R_WB[0]).as_rotvec()
+    np.testing.assert_allclose(away, vector, atol=1e-12)
 
 
 # --- what is drawn ------------------------------------------------------------------------------

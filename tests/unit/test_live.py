@@ -38,3 +38,18 @@ def test_a_push_lasts_as_long_as_it_says() -> None:
     flight, step = pilot.flight, far.plant.physics_step
     rise = flight.columns["v_WB"][: flight.row, 2]
     assert rise.argmax() * step == PUSH_SECONDS
+
+
+def test_a_push_acts_in_as_many_steps_as_it_lasts() -> None:
+    """Whenever it begins: 0.1 s + 0.2 s is not 0.3 s in binary."""
+    far = replace(HOVER, plant=om.load_plant("perfect"), lost_beyond=1e3)
+    push = np.array([30.0, 0.0, 0.0])
+    pilot, by_hand = Pilot(SteppedFlight(far)), SteppedFlight(far)
+    pilot.advance(0.1)
+    pilot.push(push)
+    pilot.advance(0.5)
+    count = round(PUSH_SECONDS / far.plant.control_period)
+    first = round(0.1 / far.plant.control_period)
+    for k in range(round(0.5 / far.plant.control_period)):
+        by_hand.step(np.r_[push if first <= k < first + count else np.zeros(3), np.zeros(3)])
+    np.testing.assert_array_equal(pilot.flight.as_run().v_WB, by_hand.as_run().v_WB)

@@ -10,10 +10,12 @@ import pytest
 
 import omnimorph as om
 from omnimorph.errors import ScenarioError
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.simulation.stepped_flight import SteppedFlight
 
 HOVER = om.load_scenario("hover")
 N = HOVER.vehicle.n_rotors
+QUADROTOR = om.load_vehicle("quadrotor")
 
 
 def flown(flight: SteppedFlight, until: float = np.inf) -> SteppedFlight:
@@ -72,6 +74,30 @@ def test_a_controller_change_goes_on_from_the_last_command() -> None:
     limit = a.vehicle.servo_rate_max[0] * a.plant.control_period
     assert steps.max() <= limit * (1 + 1e-9)
     assert not np.array_equal(run.tilt_actual[-1], om.fly(a).tilt_actual[len(run.time) - 1])
+
+
+def test_position_goes_first_where_the_new_controller_says_so() -> None:
+    """A quadrotor cannot push sideways, so it is seen whether it leans for its position."""
+    aside = SegmentReference((0.0, 0.0, 1.0), np.eye(3), [Segment(1.0, move_W=(0.5, 0, 0))])
+    stiff = replace(om.load_scenario("tour").for_vehicle(QUADROTOR), reference=aside)
+    stiff = replace(stiff, attitude_gives_way=False)
+    leaning = replace(stiff, attitude_gives_way=True)
+    for before, after in ((stiff, leaning), (leaning, stiff)):
+        flight = SteppedFlight(before)
+        flight.change_controller(after)
+        np.testing.assert_array_equal(flown(flight).as_run().R_WB, om.fly(after).R_WB)
+    assert not np.array_equal(om.fly(stiff).R_WB, om.fly(leaning).R_WB)
+
+
+def test_wakes_change_with_the_shares_of_the_thrust() -> None:
+    share = np.array([1.0, 0.6, 1.0, 0.9, 0.7, 1.0, 1.0, 0.8])
+    with_wakes = (*HOVER.plant.effects, om.effects.Interference())
+    windy = replace(HOVER, plant=replace(HOVER.plant, effects=with_wakes))
+    flight = SteppedFlight(windy)
+    flight.set_effectiveness(share)
+    effects = (*with_wakes, om.effects.Effectiveness(share=tuple(share.tolist())))
+    worn = replace(HOVER, plant=replace(HOVER.plant, effects=effects))
+    np.testing.assert_array_equal(flown(flight).as_run().p_WB[1:], om.fly(worn).p_WB[1:])
 
 
 def test_a_push_moves_it_as_its_impulse_says() -> None:

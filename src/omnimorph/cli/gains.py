@@ -110,6 +110,7 @@ def _as_data(
     gains = proposal.gains.as_file()
     return {
         "vehicle": vehicle.name,
+        "title": vehicle.title,
         "control_period_ms": 1e3 * times[0],
         "delay_ms": 1e3 * times[1],
         "controller": {key: value for key, value in gains.items() if key != "kind"}

@@ -43,6 +43,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
         ]
     lines[2:2] = [f"# {sentence}" for sentence in warnings]
     data = {
+        "parts": len(parts),
         "mass_kg": body.mass,
         "centre_of_mass_m": centre,
         "inertia_kg_m2": inertia,

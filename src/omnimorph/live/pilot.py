@@ -32,7 +32,7 @@ class Pilot:
         self.flight = flight
         self.lock = threading.RLock()
         self._push = np.zeros(6)
-        self._push_ends = 0.0
+        self._push_left = 0  # control steps
         self._cut: set[int] = set()
 
     @property
@@ -44,7 +44,8 @@ class Pilot:
         """Push the vehicle at its centre of mass for `PUSH_SECONDS`, (3,) N in W."""
         with self.lock:
             self._push = np.concatenate([force_W, np.zeros(3)])
-            self._push_ends = self.flight.time + PUSH_SECONDS
+            period = self.flight.scenario.plant.control_period
+            self._push_left = max(round(PUSH_SECONDS / period), 1)
             force = np.asarray(force_W).tolist()
             self.flight.tell("push", force_N=force, duration_s=PUSH_SECONDS)
 
@@ -70,8 +71,8 @@ class Pilot:
         with self.lock:
             flight = self.flight
             while not flight.is_over and flight.time < until:
-                pushes = flight.time < self._push_ends
-                flight.step(self._push if pushes else NO_PUSH)
+                flight.step(self._push if self._push_left else NO_PUSH)
+                self._push_left = max(self._push_left - 1, 0)
 
     def _change_effectiveness(self) -> None:
         share = np.ones(self.flight.scenario.vehicle.n_rotors)

@@ -142,6 +142,8 @@ def _sweep(sweep: TiltSweep) -> dict[str, Any]:
 def _hover_map(found: HoverMap) -> dict[str, Any]:
     best = np.where(found.feasible, found.best_tilt, np.nan)
     return {
+        "attitudes": len(found.up),
+        "feasible_share": float(found.feasible.mean()),
         "up": _finite(found.up),
         "tilt_deg": _degrees(found.tilt),
         "power_W": _finite(found.power),

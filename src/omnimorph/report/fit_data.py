@@ -29,6 +29,7 @@ def fit_data(fit: RotorFit) -> dict[str, Any]:
         "schema": FIT_SCHEMA,
         "source": fit.bench.source,
         "rows": len(lines),
+        "confidence_percent": 95.0,
         "thrust_coefficient_N_per_Hz2": _coefficient(fit.thrust, "N_per_Hz2"),
         "drag_coefficient_Nm_per_Hz2": _coefficient(fit.drag, "Nm_per_Hz2"),
         "drag_to_thrust_m": fit.drag_to_thrust,

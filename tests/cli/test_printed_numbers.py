@@ -1,0 +1,181 @@
+"""What commands print is what they hand to programs: every number, and every cell of a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import chdir
+from typing import Any
+
+import pytest
+from tests.cli.printed import answer_of, is_shown, rows_of, unfounded
+from tests.cli.test_fit_and_inertia import PARTS, write_bench
+
+import omnimorph as om
+from omnimorph.cli.console import Answer
+from omnimorph.cli.main import main
+from omnimorph.results.measures import MEASURES
+from omnimorph.verification import CASES, Result, run_cases
+from omnimorph.verification.case import case
+
+COMMANDS: dict[str, tuple[str, ...]] = {
+    "fly": ("fly", "hover", "--seed", "3"),
+    "compare": ("compare", "quadrotor", "omnimorph"),
+    "analyze": ("analyze", "omnimorph", "--tilt", "12.5"),
+    "analyze fixed": ("analyze", "odar-8"),
+    "gains": ("gains", "omnimorph", "--delay-ms", "3"),
+    "fit": ("fit", "bench.csv"),
+    "inertia": ("inertia", "parts.toml"),
+    "vehicles": ("vehicles",),
+    "vehicle": ("vehicles", "omnimorph"),
+    "scenarios": ("scenarios",),
+    "scenario": ("scenarios", "paper-case-a"),
+}
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, Answer]]:
+    folder = tmp_path_factory.mktemp("printed")
+    write_bench(folder / "bench.csv")
+    (folder / "parts.toml").write_text(PARTS, encoding="utf-8")
+    with chdir(folder):
+        yield {name: answer_of(*words) for name, words in COMMANDS.items()}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_number_printed_is_in_the_json(answers: dict[str, Answer], name: str) -> None:
+    also: Any = ()
+    if name == "scenario":  # which is printed beside what stands in its file
+        also = [om.load_scenario("paper-case-a").reference.duration]
+    assert unfounded(answers[name].text, [answers[name].data, also]) == []
+
+
+def test_a_number_that_is_nowhere_is_found() -> None:
+    data = {"error_m": 0.00123456, "share": 0.25, "angle_rad": 1.0, "name": "paper of 2024"}
+    assert unfounded("1.2346 mm, 57.3°, 25%, of 2024, odar-8, run.nc", data) == []
+    assert unfounded("0.12346 mm, 1.2345 m, 3, 24%", data) == ["0.12346", "1.2345", "3", "24%"]
+
+
+# --- cell by cell ---------------------------------------------------------------------------------
+
+
+def test_a_flight_is_printed_measure_by_measure(answers: dict[str, Answer]) -> None:
+    text, data = answers["fly"].text, answers["fly"].data
+    rows = {
+        line.rsplit("  ", 2)[0].strip(): line.split()[-2]
+        for line in text.split("\n\n")[2].splitlines()
+    }
+    assert list(rows) == [measure.words for measure in MEASURES.values()]
+    for key, measure in MEASURES.items():
+        assert is_shown(rows[measure.words], measure.factor * data["metrics"][key]), key
+    metrics = om.load_run(data["files"]["run"]).metrics.as_dict()
+    assert data["metrics"] == metrics
+    last = next(line for line in text.splitlines() if "times real time" in line)
+    assert is_shown(last.split()[0], metrics["duration_s"])
+
+
+def test_platforms_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
+    keys = {
+        "rotors": "rotors",
+        "servos": "servos",
+        "kg": "mass_kg",
+        "radius": "radius_over_weight",
+        "sideways": "lateral_over_weight",
+        "W/kg": "hover_power_W_per_kg",
+    }
+    rows = rows_of(answers["compare"].text)
+    for row, told in zip(rows, answers["compare"].data["vehicles"], strict=True):
+        assert row["vehicle"] == told["vehicle"]
+        for head, key in keys.items():
+            assert is_shown(row[head], told[key]), head
+        assert is_shown(row["mm"], 1e3 * told["flight"]["position_error_mean_m"])
+
+
+@pytest.mark.parametrize("name", ["analyze", "analyze fixed"])
+def test_an_analysis_is_printed_cell_by_cell(answers: dict[str, Answer], name: str) -> None:
+    rows, data = rows_of(answers[name].text), answers[name].data
+    for row, told in zip(rows, data["at_tilt"], strict=True):
+        cells = {
+            "rank A": told["rank_thrust"],
+            "rank F": told["rank_full"],
+            "condition": told["condition_number"],
+            "r free N": told["force_free_moment"]["radius_N"],
+            "r zero N": told["force_zero_moment"]["radius_N"],
+            "lift N": told["largest_lift_N"],
+            "power W": told["level_hover"]["power_W"],
+            "paper": told["level_hover"]["power_paper"],
+        }
+        for head, value in cells.items():
+            assert is_shown(row[head], value), head
+        if told["tilt_deg"]:
+            assert is_shown(row["tilt °"], told["tilt_deg"][0])
+
+
+def test_what_an_analysis_says_of_wakes_and_mass(answers: dict[str, Answer]) -> None:
+    text, data = answers["analyze"].text, answers["analyze"].data
+    wakes, trade = data["interference"], data["morphing_trade"]
+    for k in (0, -1):
+        with_them, without = wakes["level_power_W"][k], wakes["level_power_still_air_W"][k]
+        assert f"{with_them:.4g} W instead of {without:.4g} W at {wakes['tilt_deg'][k]:g}°" in text
+    assert f"{trade['own_share']:.2%}" in text
+    assert f"in still air beyond {trade['break_even_tilt_deg']:.2f}°" in text
+    assert f"{trade['break_even_tilt_in_wakes_deg']:.2f}°" in text
+
+
+def test_margins_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
+    margins = answers["gains"].data["margins"]
+    for k, row in enumerate(rows_of(answers["gains"].text)):
+        assert row.pop("axis") == margins["axis"][k]
+        for head, cell in row.items():
+            assert is_shown(cell, margins[head][k]), head
+
+
+def test_a_fit_is_printed_line_by_line(answers: dict[str, Answer]) -> None:
+    text, data = answers["fit"].text, answers["fit"].data
+    assert f"torque over force {1e3 * data['drag_to_thrust_m']:.4g} mm" in text
+    for key in ("thrust_coefficient_N_per_Hz2", "drag_coefficient_Nm_per_Hz2",
+                "time_constant_up_ms", "time_constant_down_ms"):  # fmt: skip
+        told = data[key].get("both", data[key])
+        words = next(line for line in text.splitlines() if line.startswith(key)).split()
+        shown = [words[2], words[-3], words[-1]]
+        for cell, value in zip(shown, (told["value"], told["low"], told["high"]), strict=True):
+            assert is_shown(cell, value), key
+    for key in ("speed_min_Hz", "speed_max_Hz"):
+        line = next(line for line in text.splitlines() if line.startswith(key))
+        assert is_shown(line.split()[2], data[key])
+
+
+# --- verify ---------------------------------------------------------------------------------------
+
+
+@case("by hand")
+def two_and_two() -> Result:
+    """Two and two are five."""
+    return Result(value=4.0, expected=5.0, tolerance=0.25, unit="m")
+
+
+def test_a_case_that_fails_is_told_and_the_exit_code_is_1(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_cases, "__defaults__", (None, (CASES[0], two_and_two)))
+    assert main(["verify"]) == 1
+    shown = capsys.readouterr()
+    assert "1 of 2 cases passed. These did not: two-and-two." in shown.err
+    good, bad = rows_of(shown.out)
+    assert (good[""], bad[""]) == ("passed", "FAILED")
+    assert (bad["measured"], bad["expected"], bad["within"], bad["unit"]) == ("4", "5", "0.25", "m")
+    assert main(["verify", "--json"]) == 1
+    told = json.loads(capsys.readouterr().out)
+    assert (told["passed"], told["failed"]) == (1, 1)
+    assert [one["passed"] for one in told["cases"]] == [True, False]
+    assert unfounded(shown.out, told) == []
+
+
+def test_cases_that_pass_exit_with_0(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_cases, "__defaults__", (None, CASES[:1]))
+    assert main(["verify"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err == ""
+    assert "1 of 1 cases passed." in shown.out

@@ -1,0 +1,59 @@
+"""What is drawn in a figure, read back from it."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from omnimorph.protocols import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+def panels_of(figure: Figure) -> list[Axes]:
+    """Return the panels that are seen, in the order in which they were made."""
+    return [panel for panel in figure.axes if panel.axison and panel.get_visible()]
+
+
+def xy(line: Any) -> FloatArray:
+    """Return the points of a line, (K, 2)."""
+    return np.asarray(line.get_xydata(), dtype=np.float64)
+
+
+def curves_of(panel: Axes) -> list[tuple[str, FloatArray]]:
+    """Return the label and the points of each curve over time, in the order of drawing."""
+    return [
+        (str(line.get_label()), xy(line))
+        for line in panel.lines
+        if not str(line.get_label()).startswith("_child") and not is_level(line)
+    ]
+
+
+def is_level(line: Any) -> bool:
+    """Tell a line that goes all the way across, like that of a limit, from a curve."""
+    return line.get_transform() == line.axes.get_yaxis_transform(which="grid")
+
+
+def levels_of(panel: Axes) -> list[float]:
+    """Return where lines go all the way across, from below."""
+    return sorted(float(xy(line)[0, 1]) for line in panel.lines if is_level(line))
+
+
+def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]]) -> None:
+    """Hold that a panel draws these curves (label, time, values), all of them and no others."""
+    drawn = curves_of(panel)
+    assert [label for label, _ in drawn] == [label for label, *_ in expected]
+    for (label, points), (_, time, values) in zip(drawn, expected, strict=True):
+        shown = np.column_stack([time, values])
+        np.testing.assert_allclose(points, shown, rtol=1e-12, atol=1e-12, err_msg=label)
+
+
+def number_in(text: str) -> int:
+    """Return the first whole number in some words."""
+    found = re.search(r"\d+", text)
+    assert found is not None, text
+    return int(found.group())

@@ -35,7 +35,7 @@ def curves_of(panel: Axes) -> list[tuple[str, FloatArray]]:
 
 def is_level(line: Any) -> bool:
     """Tell a line that goes all the way across, like that of a limit, from a curve."""
-    return line.get_transform() == line.axes.get_yaxis_transform(which="grid")
+    return bool(line.get_transform() == line.axes.get_yaxis_transform(which="grid"))
 
 
 def levels_of(panel: Axes) -> list[float]:

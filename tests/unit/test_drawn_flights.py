@@ -82,7 +82,7 @@ def test_a_band_reaches_from_the_smallest_to_the_largest_value() -> None:
 
 
 def assert_tilts(panel: Axes) -> None:
-    assert_curves(panel, over_time([np.degrees(f.run.tilt[:, 0]) for f in FLIGHTS]))
+    assert_curves(panel, over_time([np.degrees(f.run.tilt_actual[:, 0]) for f in FLIGHTS]))
     assert levels_of(panel) == [0.0, pytest.approx(60.0)]
 
 
@@ -126,7 +126,7 @@ def test_overview_and_tilt_by_plant() -> None:
     assert_tilts(tilt)
     assert_powers(power)
     (panel,) = panels_of(summary_figures.tilt_by_plant(FLIGHTS))
-    assert_curves(panel, over_time([np.degrees(f.run.tilt[:, 0]) for f in FLIGHTS]))
+    assert_curves(panel, over_time([np.degrees(f.run.tilt_actual[:, 0]) for f in FLIGHTS]))
 
 
 def test_desired_and_flown_do_not_look_alike() -> None:

@@ -80,8 +80,10 @@ def test_measures_are_called_what_their_keys_say(part: str, words: str) -> None:
 def test_every_metric_is_shown_in_its_row_and_column() -> None:
     keys = [key for key in MEASURES if key != "unproven_steps"]
     hover = om.fly(om.load_scenario("hover")).metrics
-    first = replace(hover, unproven_steps=7, **{key: 1.0 + k / 7.0 for k, key in enumerate(keys)})
-    second = replace(hover, unproven_steps=9, **{key: 2.0 + k / 7.0 for k, key in enumerate(keys)})
+    ones: dict[str, Any] = {key: 1.0 + k / 7.0 for k, key in enumerate(keys)}
+    twos: dict[str, Any] = {key: 2.0 + k / 7.0 for k, key in enumerate(keys)}
+    first = replace(hover, unproven_steps=7, **ones)
+    second = replace(hover, unproven_steps=9, **twos)
     table = metrics_table("", {"first": first, "second": second})
     rows = {row[0]: row[1:] for row in table.rows}
     for key, measure in MEASURES.items():

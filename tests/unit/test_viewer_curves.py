@@ -51,7 +51,7 @@ def expected_curves(flight: Flight) -> dict[str, list[FloatArray]]:
     return {
         "position error, mm": [1e3 * np.linalg.norm(run.p_WB - run.desired_p_WB, axis=1)],
         "attitude error, °": [curves.attitude_error(run).angle_deg],
-        "tilt, °": list(np.degrees(run.tilt).T),
+        "tilt, °": list(np.degrees(run.tilt_actual).T),
         "rotor speeds, Hz": list(run.speed.T / TURN),
         "power": [run.drag_power],
     }
@@ -86,10 +86,9 @@ def test_curves_are_called_by_their_flight_and_rotor() -> None:
 
 
 def test_a_curve_ends_where_its_flight_ends() -> None:
-    short = replace(
-        FLIGHTS[0].run,
-        **{k: v[:8] for k, v in vars(FLIGHTS[0].run).items() if isinstance(v, np.ndarray)},
-    )
+    run = FLIGHTS[0].run
+    rows: dict[str, Any] = {k: v[:8] for k, v in vars(run).items() if isinstance(v, np.ndarray)}
+    short = replace(run, **rows)
     power = charts_of([Flight(short, "short"), FLIGHTS[1]])[-1]
     time, (first, second) = _on_common_times(power)
     step = FLIGHTS[1].run.time[1]
@@ -138,7 +137,7 @@ def test_numbers_of_a_flight_are_those_of_its_row() -> None:
             "time": f"{run.time[row]:.3f}",
             "position-error": f"{1e3 * distance:.3f}",
             "attitude-error": f"{curves.attitude_error(run).angle_deg[row]:.3f}",
-            "tilt": f"{math.degrees(run.tilt[row, 0]):.2f}",
+            "tilt": f"{math.degrees(run.tilt_actual[row, 0]):.2f}",
             "fastest-rotor": f"{np.abs(run.speed[row]).max() / TURN:.2f}",
             "power": f"{run.drag_power[row]:.1f}",
             "missed-force": f"{missed_W:.3f}",
@@ -179,6 +178,6 @@ def test_a_live_page_shows_the_flight_as_it_is(server: Any) -> None:
     believed = np.abs(run.speed[row]) ** 3 @ hover.vehicle.drag_coefficient
     assert frame.power == pytest.approx(1.5 * believed)
     np.testing.assert_array_equal(frame.p_WB, run.p_WB[row])
-    np.testing.assert_array_equal(frame.tilt, run.tilt[row])
+    np.testing.assert_array_equal(frame.tilt, run.tilt_actual[row])
     assert f"{frame.power:.1f}" in page._numbers.content
     assert_charts(charts_of([page._as_flight()]), [Flight(run, "hover")])

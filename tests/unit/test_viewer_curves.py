@@ -139,6 +139,7 @@ def test_numbers_of_a_flight_are_those_of_its_row() -> None:
             "attitude-error": f"{curves.attitude_error(run).angle_deg[row]:.3f}",
             "tilt": f"{math.degrees(run.tilt_actual[row, 0]):.2f}",
             "fastest-rotor": f"{np.abs(run.speed[row]).max() / TURN:.2f}",
+            "largest-thrust": f"{np.abs(run.thrust_actual[row]).max():.3f}",
             "power": f"{run.drag_power[row]:.1f}",
             "missed-force": f"{missed_W:.3f}",
         }

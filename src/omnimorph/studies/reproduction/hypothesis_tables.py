@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from omnimorph.report.tables import Table, number
 from omnimorph.studies.reproduction.hypotheses import CASES, Hypothesis, error_claims
 from omnimorph.studies.reproduction.verdicts import NEAR
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS, mean_words
+from omnimorph.studies.reproduction.words import mean_words
 
 __all__ = ["hypothesis_table", "objection_table"]
+
+_SHORT = dict(zip(CASES, ("A", "B", "B, W3 × 10"), strict=True))
 
 
 def hypothesis_table(hypotheses: Sequence[Hypothesis]) -> Table:
@@ -25,12 +27,12 @@ def hypothesis_table(hypotheses: Sequence[Hypothesis]) -> Table:
         rows.append([one.label, *means, f"{one.explained} of {len(claims)}", standing])
     head = [
         "",
-        *(f"position, {FLIGHT_WORDS[name]} (mm)" for name in CASES),
-        *(f"‖e_R‖, {FLIGHT_WORDS[name]}" for name in CASES),
+        *(f"{_SHORT[name]} (mm)" for name in CASES),
+        *(f"‖e_R‖, {_SHORT[name]}" for name in CASES),
         f"within {100 * NEAR:g} %",
         "verdict",
     ]
-    caption = "Mean errors with half of their 95 % intervals."
+    caption = "Mean position errors and mean ‖e_R‖, with half of their 95 % intervals."
     return Table(caption, head, rows, frozenset(range(1, 8)))
 
 

@@ -1,4 +1,4 @@
-"""A real Chromium without a window."""
+"""Pages opened in a real Chromium."""
 
 from __future__ import annotations
 
@@ -6,23 +6,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page
 from tests.serving import Served, served
 
-from omnimorph.viewer.pictures import browser as chromium
-
 DESKTOP, PHONE = (1440, 900), (390, 844)
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    # Drawing in software, as where there is no GPU.
-    options = ["--no-sandbox", "--enable-unsafe-swiftshader"]
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=chromium(), args=options)
-        yield started
-        started.close()
 
 
 @contextmanager
@@ -39,7 +26,7 @@ def viewed(
 
 @contextmanager
 def opened(browser: Browser, url: str, size: tuple[int, int] = DESKTOP) -> Iterator[Page]:
-    """Open a page; no error may be told there."""
+    """Open a page; no error may be reported there."""
     page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     errors: list[str] = []
     page.on("pageerror", lambda error: errors.append(str(error)))

@@ -7,15 +7,21 @@ from __future__ import annotations
 
 import json
 import re
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from playwright.sync_api import Browser
+from tests.browser.conftest import DESKTOP, PHONE, opened
+from tests.browser.layout import faults_of
+from tests.unit.figure_checks import cut_off, laid_out, overlaps
 
 import omnimorph as om
 from omnimorph.errors import InputError
 from omnimorph.studies.own_folder import FLIGHTS
-from omnimorph.studies.reproduction import SCHEMA, Plan, paper, reproduce
+from omnimorph.studies.reproduction import SCHEMA, Plan, paper, pictures, reproduce
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.verdicts import Verdict
 
@@ -330,6 +336,35 @@ def test_the_page_is_one_file_that_needs_no_other(out: Path) -> None:
         assert f'id="claim-{key}"' in text
     words = re.sub(r"<(style|svg).*?</\1>", "", text, flags=re.DOTALL)
     assert not re.search(r"\bnan\b|\binf\b|None|Spread\(|\{\{", words)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [DESKTOP, PHONE], ids=["desk", "phone"])
+def test_nothing_on_the_page_is_cut_without_need_or_without_a_sign(
+    out: Path, browser: Browser, size: tuple[int, int]
+) -> None:
+    with opened(browser, (out / "report.html").as_uri(), size) as page:
+        assert faults_of(page) == []
+
+
+@pytest.mark.slow
+def test_no_words_of_its_figures_run_together(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The figures of the page, drawn here with the flights that it shows."""
+    found = {}
+
+    def looked_at(drawings: dict[str, Any], *_: object) -> Iterator[tuple[str, str]]:
+        for name, (_, draw) in drawings.items():
+            figure = laid_out(draw())
+            found[name] = overlaps(figure, least_gap=2.0), cut_off(figure)
+            yield name, "<svg/>"
+
+    shutil.copy(out / FLIGHTS, tmp_path)
+    monkeypatch.setattr(pictures, "_drawn", looked_at)
+    reproduce(tmp_path, PLAN)
+    assert len(found) == pictures.N_PICTURES
+    assert {name: faults for name, faults in found.items() if faults != ([], [])} == {}
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,7 +16,9 @@ from tests.unit.analysis_parts import (
     build_multirotor,
     build_tilting_hexarotor,
 )
+from tests.unit.figure_checks import cut_off, laid_out, overlaps
 
+import omnimorph as om
 from omnimorph.analysis import analyze, force_set, hover_map
 from omnimorph.analysis.hover import hover_power
 from omnimorph.analysis.overview import VehicleAnalysis
@@ -170,6 +173,27 @@ def test_radii_are_those_of_the_sweep(analysis: VehicleAnalysis) -> None:
     assert {"37.00°", "38.18°", "69.73°", "70.28°", "rank 4", "rank 5"} <= words
 
 
+def test_marks_that_are_near_one_another_are_read_apart() -> None:
+    """Two ranks that fall at neighbouring tilts; two tilts where the mechanism begins to pay."""
+    fast_hex = analyze(om.load_vehicle("fast-hex"))
+    near = tuple(one._replace(tilt=0.01 * k) for k, one in enumerate(2 * fast_hex.singular[:1]))
+    close = replace(fast_hex, singular=near)
+    assert len(near) == 2
+    for figure in (
+        analysis_figures.radius_over_tilt(close),
+        analysis_figures.mass_break_even(fast_hex),
+    ):
+        assert overlaps(laid_out(figure), least_gap=2.0) == []
+
+
+def test_radii_that_agree_are_both_seen(analysis: VehicleAnalysis) -> None:
+    """The dashed curve lies on the other, so that its gaps show it."""
+    lines = axes_of(analysis_figures.radius_over_tilt(analysis))[-1].lines
+    labels = [line.get_label() for line in lines]
+    assert labels.index("radius at zero moment") < labels.index("radius, moments free")
+    assert lines[labels.index("radius, moments free")].is_dashed()
+
+
 def test_power_and_condition_are_those_of_the_sweep(analysis: VehicleAnalysis) -> None:
     power, condition = axes_of(analysis_figures.level_hover(analysis))
     assert analysis.wakes is not None
@@ -232,6 +256,8 @@ def test_figures_are_legible_and_say_their_units(analysis: VehicleAnalysis) -> N
         )
     }
     for name, figure in figures.items():
+        assert overlaps(laid_out(figure), least_gap=2.0) == [], name
+        assert cut_off(figure) == [], name
         for panel in axes_of(figure):
             place = panel.get_subplotspec()
             if place is None or place.is_last_row():

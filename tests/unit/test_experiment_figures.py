@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from tests.unit import experiment_parts as parts
 from tests.unit.experiment_parts import LOOKS, PANELS
+from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
@@ -23,7 +25,6 @@ from omnimorph.report.tilt_choice_figure import cost_gaps, energy_by_choice, til
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +32,7 @@ def figures() -> dict[str, Figure]:
     rows, least = parts.build_energies()
     run = om.fly(om.load_scenario("hover"))
     ways = [Flight(way, run, Look(style.BLACK)) for way in parts.WAYS]
-    drawn = {
+    made = {
         "ablation": ablation(parts.build_ablation(), PANELS, LOOKS),
         "stand": stand(*parts.build_stand()),
         "frontier": frontier(*parts.build_frontier()),
@@ -39,26 +40,7 @@ def figures() -> dict[str, Figure]:
         "cost_gaps": cost_gaps(parts.build_gaps()),
         "energy_by_choice": energy_by_choice(rows, least, LOOKS),
     }
-    for figure in drawn.values():
-        style.as_svg(figure)  # ticks are made when they are drawn first
-        figure.draw_without_rendering()  # and places for this resolution
-    return drawn
-
-
-def texts_of(figure: Figure) -> list[Text]:
-    """Return all texts that are seen, legends included: not those of ticks beyond an axis."""
-    from matplotlib.text import Text
-
-    beyond = [
-        label
-        for panel in figure.axes
-        for axis in (panel.xaxis, panel.yaxis)
-        for tick in axis.get_major_ticks()
-        for label in (tick.label1, tick.label2)
-        if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
-    ]
-    shown = [text for text in figure.findobj(Text) if text.get_visible() and text.get_text()]
-    return [text for text in shown if text not in beyond]
+    return {name: laid_out(figure) for name, figure in made.items()}
 
 
 def xy(line: Any) -> FloatArray:
@@ -90,7 +72,8 @@ def test_figures_are_legible_and_keep_inside_their_frame(
     width, height = figure.get_size_inches()
     assert width == style.WIDTH
     assert height <= 9.5, "it fits a page"
-    inside = figure.get_tightbbox()
+    with style.house_style():
+        inside = figure.get_tightbbox()
     assert min(inside.x0, inside.y0) >= 0.0
     assert inside.x1 <= width
     assert inside.y1 <= height
@@ -98,12 +81,9 @@ def test_figures_are_legible_and_keep_inside_their_frame(
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_words_overlap(figures: dict[str, Figure], name: str) -> None:
-    figure = figures[name]
-    boxes = [(text.get_text(), text.get_window_extent()) for text in texts_of(figure)]
-    for (word, one), (other, two) in itertools.combinations(boxes, 2):
-        lap = [min(one.x1, two.x1) - max(one.x0, two.x0), min(one.y1, two.y1) - max(one.y0, two.y0)]
-        assert min(lap) < 1.0, (word, other)
+def test_no_words_run_together(figures: dict[str, Figure], name: str) -> None:
+    assert overlaps(figures[name], least_gap=2.0) == []
+    assert cut_off(figures[name]) == []
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -175,6 +155,34 @@ def test_ablation_of_one_row_without_seeds_lost_needs_no_more_words() -> None:
     np.testing.assert_array_equal(marks_of(panel, "o", style.VERMILLION), [[12.0, 0.0]])
 
 
+def test_wide_ranges_of_an_ablation_have_ticks_that_can_be_read() -> None:
+    """Over five decades, as errors have them; the names of ticks are above the panels as well."""
+    values = {case: {"Case A": [1.2e-5 * 10.0**k]} for k, case in enumerate(("x", "y", "z"))}
+    rows = [AblationRow(f"{k}", "", {name: one}) for k, (name, one) in enumerate(values.items())]
+    spread = [AblationRow("wide", "", {n: {"Case A": [1.2e-5, 0.2]} for n in values})]
+    panels = [AblationPanel(name, f"{name}\n(–)", True, {"Case A": 0.062}) for name in values]
+    figure = laid_out(ablation([*rows, *spread], panels, {"Case A": LOOKS["Case A"]}))
+    assert overlaps(figure, least_gap=2.0) == []
+    for panel in figure.axes:
+        ticks = panel.xaxis.get_major_ticks()
+        names = [tick.label1.get_text() for tick in ticks]
+        assert len(names) >= 2
+        assert not [name for name in names if "e" in name]
+        assert [tick.label2.get_text() for tick in ticks] == names
+        assert all(tick.label2.get_visible() for tick in ticks)
+
+
+def test_two_values_of_the_paper_that_nearly_agree_are_two_lines() -> None:
+    """The dashes of one fill the gaps of the other."""
+    row = AblationRow("row", "", {"e": {case: [1e-5, 0.1] for case in LOOKS}})
+    panel = AblationPanel("e", "e (–)", True, dict.fromkeys(LOOKS, 0.062))
+    (axis,) = ablation([row], [panel], LOOKS).axes
+    one, two = (style.INTERLEAVED[k] for k in range(2))
+    assert two[0] == one[1][0] == one[1][1], "it starts where the gap of the other does"
+    drawn_as = [line for line in axis.lines if line.is_dashed()]
+    assert [line._unscaled_dash_pattern for line in drawn_as] == [one, two]  # type: ignore[attr-defined]
+
+
 # --- stand ----------------------------------------------------------------------------------------
 
 
@@ -223,6 +231,16 @@ def test_frontier_draws_shares_with_their_intervals(figures: dict[str, Figure]) 
         assert line.get_linestyle() == "None"
 
 
+def test_curves_of_a_frontier_that_agree_are_drawn_apart() -> None:
+    (first, *_), _ = parts.build_frontier()
+    same = [replace(first.curves[0], label=f"{k}") for k in range(3)]
+    (axis,) = laid_out(frontier([replace(first, curves=same, limits=())])).axes
+    places = [line.get_transform().transform(xy(line)) for line in axis.lines[:3]]
+    for one, two in itertools.pairwise(places):
+        assert np.all(two - one > 1.0), "points"
+        assert np.all(two - one < 3.0)
+
+
 def test_frontier_without_dead_rotors_has_one_row() -> None:
     figure = frontier(parts.build_frontier()[0])
     assert [axis.get_title(loc="left") for axis in figure.axes] == ["all rotors", "lower rotors"]
@@ -239,6 +257,13 @@ def test_tilts_are_drawn_case_by_case(figures: dict[str, Figure]) -> None:
     assert [line.get_label() for line in below.lines][:2] == list(parts.WAYS[:2])
 
 
+def test_tilts_that_coincide_are_seen_beside_one_another(figures: dict[str, Figure]) -> None:
+    above, _ = figures["tilt_by_choice"].axes
+    widths = [line.get_linewidth() for line in above.lines[: len(parts.WAYS)]]
+    assert widths == sorted(widths, reverse=True)
+    assert widths[0] > 2.0 * widths[-1]
+
+
 def test_cost_gaps_are_shares_of_steps(figures: dict[str, Figure]) -> None:
     *gaps, none = parts.build_gaps()
     *lines, empty = figures["cost_gaps"].axes[0].lines
@@ -252,7 +277,7 @@ def test_cost_gaps_are_shares_of_steps(figures: dict[str, Figure]) -> None:
     assert (empty.get_label(), len(xy(empty))) == (f"{none.label}: none", 0)
 
 
-def test_energies_stand_beside_the_least_possible(figures: dict[str, Figure]) -> None:
+def test_energies_stand_beside_their_lower_bound(figures: dict[str, Figure]) -> None:
     rows, least = parts.build_energies()
     (panel,) = figures["energy_by_choice"].axes
     words = {text.get_text() for text in panel.texts}
@@ -263,4 +288,13 @@ def test_energies_stand_beside_the_least_possible(figures: dict[str, Figure]) ->
         np.testing.assert_array_equal(drawn[:, 1].round(), range(len(rows)))
         assert {f"{100.0 * (mean / least[case] - 1.0):+.1f} %" for mean in means} <= words
     dashed = {line.get_label(): xy(line)[0, 0] for line in panel.lines if line.is_dashed()}
-    assert dashed == {f"least possible, {case}": value for case, value in least.items()}
+    assert dashed == {f"lower bound, {case}": value for case, value in least.items()}
+
+
+def test_one_lower_bound_of_two_cases_is_one_line() -> None:
+    rows, _ = parts.build_energies()
+    bound = {"Case A": 1058.0, "Case B": 1058.0 * (1.0 + 1e-13)}
+    (panel,) = energy_by_choice(rows, bound, LOOKS).axes
+    (line,) = [line for line in panel.lines if line.is_dashed()]
+    assert line.get_label() == "lower bound, Case A and Case B"
+    assert line.get_color() not in {look.colour for look in LOOKS.values()}

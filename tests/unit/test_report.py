@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from tests.unit.figure_checks import cut_off, laid_out, overlaps
 
 import omnimorph as om
 from omnimorph.errors import InputError
@@ -149,6 +150,9 @@ def test_every_axis_has_a_unit_and_no_letter_is_too_small(flight: Flight) -> Non
                 assert re.search(r"\(.+\)", panel.get_ylabel()), name
             texts = [*panel.get_xticklabels(), *panel.get_yticklabels(), *panel.texts, panel.title]
             assert min(float(text.get_fontsize()) for text in texts) >= 8.0, name
+        laid_out(figure)
+        assert overlaps(figure, least_gap=2.0) == [], name
+        assert cut_off(figure) == [], name
 
 
 def test_figures_do_not_depend_on_the_users_style(flight: Flight) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report.style import Look, legend_above, new_figure, styled
+from omnimorph.report.style import INTERLEAVED, Look, legend_above, new_figure, plain, styled
 from omnimorph.report.tables import number
 
 if TYPE_CHECKING:
@@ -20,12 +20,14 @@ if TYPE_CHECKING:
 
 __all__ = ["AblationPanel", "AblationRow", "ablation"]
 
-_ROW = 0.205  # height of a row, inches: two dots above each other, letters of 8 pt
+_ROW = 0.18  # height of a row, inches: two dots above each other, letters of 8 pt
 _APART = 0.4  # of the marks within a row
 _LINE = 11.0  # of a number above a panel, points
+_TICKS = 14.0  # of the ticks above a panel, points
 _DOT: dict[str, Any] = {"linestyle": "none", "markersize": 4.2, "zorder": 4}
 _LOST: dict[str, Any] = {"linestyle": "none", "markersize": 4.6, "markeredgewidth": 1.4}
-_PAPER: dict[str, Any] = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.9, "zorder": 2}
+_PAPER: dict[str, Any] = {"linewidth": 0.9, "zorder": 2}
+_NEAR_END = 0.12  # of the width of a panel: labels of ticks so near its end turn inwards
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ def ablation(
     Parameters
     ----------
     rows : sequence of AblationRow
-        From top to bottom; about 40 fill a page. Neighbours of one group stand under its name.
+        From top to bottom; about 45 fill a page. Neighbours of one group stand under its name.
     panels : sequence of AblationPanel
         From left to right.
     looks : mapping of str to Look
@@ -87,7 +89,7 @@ def ablation(
     """
     levels, ticks, names = _places(rows)
     reported = max(len(panel.paper) for panel in panels)
-    height = 1.15 + _ROW * (len(ticks) + 1)
+    height = 1.4 + _ROW * (len(ticks) + 1)
     figure, axes = new_figure(height, 1, len(panels), sharey=True)
     for axis, panel in zip(axes[0], panels, strict=True):
         _shade(axis, levels)
@@ -96,8 +98,9 @@ def ablation(
             ys = np.asarray(levels) + _APART * (k - 0.5 * (len(looks) - 1))
             _draw_case(axis, case, look, panel.measure, rows, ys)
         _draw_paper(axis, panel, looks)
+        _name_ticks(axis)
         axis.set_xlabel(panel.title)
-        axis.set_title(panel.title, fontsize=8.5, pad=4.0 + _LINE * reported)
+        axis.set_title(panel.title, fontsize=8.5, pad=_TICKS + 4.0 + _LINE * reported)
         axis.grid(visible=False, axis="y")
         axis.tick_params(axis="y", length=0.0)
     first = axes[0, 0]
@@ -174,8 +177,26 @@ def _label_decades(axis: Axes, decades: float) -> None:
 
     parts = (1.0, 2.0, 5.0) if decades < 1.3 else (1.0, 3.0) if decades < 2.2 else (1.0,)
     axis.xaxis.set_major_locator(LogLocator(subs=parts))
-    axis.xaxis.set_major_formatter("{x:g}")
     axis.xaxis.set_minor_formatter("")
+
+
+def _name_ticks(axis: Axes) -> None:
+    """Name the ticks below a panel and above it; no name reaches into the panel beside it."""
+    low, high = axis.get_xlim()
+    ticks = [tick for tick in axis.get_xticks() if low <= tick <= high]
+    axis.tick_params(axis="x", which="both", top=True)
+    axis.tick_params(axis="x", which="major", labeltop=True)
+    axis.set_xticks(ticks, [plain(tick) for tick in ticks])
+    for tick, place in zip(axis.xaxis.get_major_ticks(), ticks, strict=True):
+        share = _share(axis, place)
+        align = "left" if share < _NEAR_END else "right" if share > 1.0 - _NEAR_END else "center"
+        for label in (tick.label1, tick.label2):
+            label.set(horizontalalignment=align)
+
+
+def _share(axis: Axes, value: float) -> float:
+    """Return how far to the right in a panel a value lies, from 0 to 1."""
+    return float(axis.transLimits.transform(axis.transScale.transform((value, 0.0)))[0])
 
 
 def _draw_paper(axis: Axes, panel: AblationPanel, looks: Mapping[str, Look]) -> None:
@@ -183,11 +204,11 @@ def _draw_paper(axis: Axes, panel: AblationPanel, looks: Mapping[str, Look]) -> 
     reported = [case for case in looks if case in panel.paper]
     for k, case in enumerate(reported):
         value, colour = panel.paper[case], looks[case].colour
-        axis.axvline(value, color=colour, **_PAPER)
-        share = float(axis.transLimits.transform(axis.transScale.transform((value, 0.0)))[0])
+        axis.axvline(value, color=colour, linestyle=INTERLEAVED[k % 2], **_PAPER)
+        share = _share(axis, value)
         align = "left" if share < 0.2 else "right" if share > 0.8 else "center"
         at: dict[str, Any] = {"textcoords": "offset points", "ha": align, "va": "bottom"}
-        up = 3.0 + _LINE * (len(reported) - 1 - k)
+        up = _TICKS + 3.0 + _LINE * (len(reported) - 1 - k)
         across = axis.get_xaxis_transform()
         axis.annotate(number(value), (value, 1.0), (0.0, up), xycoords=across, color=colour, **at)
 
@@ -203,7 +224,7 @@ def _entries(
     ]
     words = [f"{case}: mean and range" for case in looks]
     if any(panel.paper for panel in panels):
-        handles.append(Line2D([], [], color="#444444", **_PAPER))
+        handles.append(Line2D([], [], color="#444444", linestyle=INTERLEAVED[0], **_PAPER))
         words.append("the paper's values")
     measured = [v for row in rows for cases in row.values.values() for v in cases.values()]
     if not all(np.isfinite(values).all() for values in measured):

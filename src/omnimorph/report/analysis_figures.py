@@ -37,6 +37,7 @@ from omnimorph.report.style import (
     legend_above,
     legend_entries,
     new_figure,
+    plain,
     styled,
 )
 from omnimorph.report.tables import degrees, number
@@ -58,6 +59,7 @@ __all__ = [
 PAPER_TILTS = (20.0, 30.0, 37.0)
 """Fixed tilts, in degrees, for which the paper weighs the mass of the mechanism."""
 
+_WIDTH_OF_RANK = 0.14  # of a panel: words about ranks that are nearer would run together
 _DASHED = (0, (4.0, 1.4))
 _ZERO: dict[str, Any] = {"color": BLUE, "label": "radius at zero moment"}
 _FREE: dict[str, Any] = {"color": GREEN, "linestyle": _DASHED, "label": "radius, moments free"}
@@ -173,8 +175,8 @@ def radius_over_tilt(analysis: VehicleAnalysis) -> Figure:
     else:
         figure, axes = new_figure(2.9)
     panel = axes[-1, 0]
-    _line(panel, sweep.tilt, sweep.radius_free_moment, _FREE)
     _line(panel, sweep.tilt, sweep.radius_zero_moment, _ZERO)
+    _line(panel, sweep.tilt, sweep.radius_free_moment, _FREE)  # dashed: shows the one below
     panel.axhline(analysis.weight, **_OF_WEIGHT)
     panel.annotate(
         f"weight, {number(analysis.weight)} N",
@@ -185,9 +187,7 @@ def radius_over_tilt(analysis: VehicleAnalysis) -> Figure:
     )
     panel.set_ylim(0.0, 1.12 * max(analysis.weight, float(sweep.radius_free_moment.max())))
     panel.set_ylabel("inscribed radius (N)")
-    for one in analysis.singular:
-        if sweep.tilt[0] - 1e-6 <= one.tilt <= sweep.tilt[-1] + 1e-6:
-            _tick(panel, one.tilt, f"rank {one.rank}", analysis)
+    _mark_ranks(panel, analysis)
     _mark_limits([*axes[:, 0]], analysis)
     legend_above(figure, *legend_entries([panel]))
     return figure
@@ -231,17 +231,27 @@ def _omnidirectional_bars(panel: Axes, analysis: VehicleAnalysis) -> None:
     panel.set_title("omnidirectional", loc="left")
 
 
-def _tick(panel: Axes, tilt: float, words: str, analysis: VehicleAnalysis) -> None:
-    """Mark a tilt at the bottom of a panel; the words keep inside of it."""
+def _mark_ranks(panel: Axes, analysis: VehicleAnalysis) -> None:
+    """Mark where the rank of A falls; of tilts that are near one another every other one higher."""
     first, last = analysis.sweep.tilt[0], analysis.sweep.tilt[-1]
-    share = (tilt - first) / (last - first)
+    shown = [one for one in analysis.singular if first - 1e-6 <= one.tilt <= last + 1e-6]
+    before, raised = -math.inf, True
+    for one in sorted(shown, key=lambda one: one.tilt):
+        share = (one.tilt - first) / (last - first)
+        raised = not raised and share - before < _WIDTH_OF_RANK
+        _tick(panel, one.tilt, share, f"rank {one.rank}", 16.0 if raised else 5.0)
+        before = share
+
+
+def _tick(panel: Axes, tilt: float, share: float, words: str, up: float) -> None:
+    """Mark a tilt, at a share of the width, at the bottom of a panel; the words keep inside."""
     align = "left" if share < 0.08 else "right" if share > 0.92 else "center"
     angle = math.degrees(tilt)
     mark: dict[str, Any] = {"marker": "^", "color": BLACK, "markersize": 4.5, "clip_on": False}
     panel.plot([angle], [0.0], linestyle="none", zorder=5, **mark)
     shift = {"left": 17.0, "right": -17.0, "center": 0.0}[align]
     at: dict[str, Any] = {"textcoords": "offset points", "ha": align, "bbox": VEIL}
-    panel.annotate(words, (angle, 0.0), (shift, 5.0), **at)
+    panel.annotate(words, (angle, 0.0), (shift, up), **at)
 
 
 @styled
@@ -271,7 +281,7 @@ def level_hover(analysis: VehicleAnalysis) -> Figure:
         best = float(np.nanmin(conditions))
         panel.set_yscale("log")
         panel.set_ylim(0.8 * best, min(1.3 * float(np.nanmax(conditions)), 300.0 * best))
-        panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_major_formatter(plain)
         panel.yaxis.set_minor_formatter("")
         panel.set_ylabel("condition number of A (–)")
     _mark_limits(panels, analysis)
@@ -351,7 +361,7 @@ def mass_break_even(analysis: VehicleAnalysis) -> Figure:
         _mark_own(panel, trade, trade.own)
     panel.set_xlim(*np.degrees(trade.tilt_fixed[[0, -1]]))
     panel.set_xlabel("tilt of the vehicle without a mechanism (°)")
-    panel.set_ylabel("mechanism that just pays\n(% of the rest's mass)")
+    panel.set_ylabel("mass of a mechanism that just\npays (% of the mass of the rest)")
     legend_above(figure, *legend_entries([panel]))
     return figure
 
@@ -376,9 +386,12 @@ def _mark_own(panel: Axes, trade: Trade, own: float) -> None:
         textcoords="offset points",
         ha="right",
     )
+    before = -math.inf
     for tilt, colour in ((trade.break_even, BLUE), (trade.break_even_in_wakes, VERMILLION)):
         if tilt is not None and tilt <= trade.tilt_fixed[-1]:
             angle = math.degrees(tilt)
             panel.plot([angle], [100.0 * own], "D", color=colour, markersize=5.0, zorder=5)
             at: dict[str, Any] = {"textcoords": "offset points", "va": "top", "bbox": VEIL}
-            panel.annotate(f"{angle:.1f}°", (angle, 100.0 * own), (4.0, -5.0), color=colour, **at)
+            down = -16.0 if angle - before < 4.0 else -5.0
+            panel.annotate(f"{angle:.1f}°", (angle, 100.0 * own), (4.0, down), color=colour, **at)
+            before = angle

@@ -152,8 +152,8 @@ def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[st
         "conditioned": bool(np.isfinite(analysis.sweep.condition_number).any()),
         "omnidirectional": bool(len(analysis.omnidirectional.zero_moment_beyond)),
         "ignored": ignored(analysis),
-        "assumed": source_table(vehicle, "Assumed.", assumed),
-        "stated": source_table(vehicle, "Stated somewhere, or derived.", stated),
+        "assumed": source_table(vehicle, "Assumed: neither published nor measured.", assumed),
+        "stated": source_table(vehicle, "Published or measured, or derived from what is.", stated),
         "command": _command(analysis),
         "version": __version__,
     }
@@ -166,9 +166,13 @@ def _tilt_table(analysis: VehicleAnalysis) -> Table:
     labels = list(columns[0])
     rows = [[label, *(column[label] for column in columns)] for label in labels]
     if not analysis.vehicle.n_servos:
-        return Table("The vehicle in numbers.", ["", "value"], rows)
+        return Table(
+            "What the vehicle can move, its force sets and its hover power.", ["", "value"], rows
+        )
     head = ["tilt", *(tilt_words(one.tilt) for one, _ in shown)]
-    caption = "The vehicle at tilts that stand out"
+    caption = (
+        "What the vehicle can move, its force sets and its hover power at tilts that stand out"
+    )
     caption += "." if analysis.vehicle.n_servos == 1 else ", all servos together."
     return Table(caption, head, rows)
 

@@ -22,6 +22,7 @@ from omnimorph.report.style import (
     legend_above,
     legend_entries,
     new_figure,
+    plain,
     styled,
 )
 from omnimorph.results import curves
@@ -92,7 +93,7 @@ def errors(
         strict=True,
     ):
         panel.set_yscale("log")
-        panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_major_formatter(plain)
         panel.yaxis.set_minor_formatter("")
         panel.set_ylabel(name)
     _floors(panels, flights)
@@ -158,7 +159,7 @@ def rotor_speeds(flights: Sequence[Flight]) -> Figure:
 
 @styled
 def power_and_energy(flights: Sequence[Flight], others: Sequence[Flight] = ()) -> Figure:
-    """Draw the power against drag (W) and the energy it took so far, in both counts, over time.
+    """Draw the rotor drag power (W) and the energy it took so far, in both counts, over time.
 
     `others` are flights of which the energy is drawn only.
     """
@@ -167,21 +168,21 @@ def power_and_energy(flights: Sequence[Flight], others: Sequence[Flight] = ()) -
     power_panel(power, flights)
     for flight in (*flights, *others):
         _line(energy, flight, 1e-3 * curves.drag_energy_J(flight.run), 200)
-    energy.set_ylabel("drag energy so far (kJ)")
+    energy.set_ylabel("rotor drag energy\nso far (kJ)")
     mark_time([power, energy], flights)
     energy.set_ylim(bottom=0.0)
     paper = energy.secondary_yaxis("right", functions=(_as_paper, _from_paper))
-    paper.set_ylabel("the paper's count,\nspeeds in Hz (“J”)")
+    paper.set_ylabel("in the paper's count,\nspeeds in Hz (“J”)")
     paper.spines["right"].set_visible(True)
     legend_above(figure, *legend_entries([power, energy]))
     return figure
 
 
 def power_panel(panel: Axes, flights: Sequence[Flight]) -> None:
-    """Draw the power of flights against drag into a panel."""
+    """Draw the rotor drag power of flights into a panel."""
     for flight in flights:
         _band(panel, flight, curves.power_W(flight.run))
-    panel.set_ylabel("power (W)")
+    panel.set_ylabel("rotor drag\npower (W)")
     panel.set_ylim(bottom=0.0)
 
 
@@ -223,7 +224,9 @@ def _desired(panel: Axes, time: FloatArray, values: FloatArray) -> None:
 
 def _line(panel: Axes, flight: Flight, values: FloatArray, columns: int = COLUMNS) -> None:
     t, v = thin(flight.run.time, values, columns)
-    panel.plot(t, v, color=flight.look.colour, linestyle=flight.look.line, label=flight.label)
+    look = flight.look
+    style: dict[str, Any] = {"linestyle": look.line, "linewidth": look.width}
+    panel.plot(t, v, color=look.colour, label=flight.label, **style)
 
 
 def _band(panel: Axes, flight: Flight, values: FloatArray) -> None:

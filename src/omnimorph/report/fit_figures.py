@@ -22,6 +22,7 @@ from omnimorph.report.style import (
     new_figure,
     styled,
 )
+from omnimorph.report.tables import number
 from omnimorph.units import from_SI
 
 if TYPE_CHECKING:
@@ -115,9 +116,9 @@ def steps(fit: RotorFit) -> Figure:
             label="fitted",
         )
         half = 0.5 * from_SI(constant.high - constant.low, "ms")
-        told = f"{from_SI(constant.value, 'ms'):.4g} ± {half:.2g} ms"
+        value = f"{number(from_SI(constant.value, 'ms'))} ± {number(half, 2)} ms"
         panel.set_title(
-            f"{word}: {told} ({len(fitted)} step{'s' if len(fitted) > 1 else ''})", loc="left"
+            f"{word}: {value} ({len(fitted)} step{'s' if len(fitted) > 1 else ''})", loc="left"
         )
         panel.set_xlabel("time since the fitted curve began (ms)")
     axes[0, 0].set_ylabel("share of the way (–)")

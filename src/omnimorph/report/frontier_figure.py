@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 __all__ = ["FrontierPanel", "PhysicalLimit", "Survival", "frontier"]
 
+_APART = 1.4  # of neighbouring curves, points
+
 
 @dataclass(frozen=True)
 class Survival:
@@ -84,7 +86,8 @@ def frontier(panels: Sequence[FrontierPanel], dead_rotor: Sequence[Survival] = (
     """Draw the share of flights that survive (%) over the thrust lost (%), a panel a kind of loss.
 
     Panels stand in rows of two. Marks are where flights were flown, bars their confidence
-    intervals. Below, if it was flown, the share that survives the death of one rotor, for each.
+    intervals. Curves are set a little apart, up and to the right, so that none hides another.
+    Below, if it was flown, the share that survives the death of one rotor, for each.
     """
     from matplotlib.gridspec import GridSpec
 
@@ -105,14 +108,16 @@ def frontier(panels: Sequence[FrontierPanel], dead_rotor: Sequence[Survival] = (
         axis.set_ylim(-5.0, 105.0)
         axis.set_yticks([0, 25, 50, 75, 100])
     for axis in (*drawn[: len(panels) : 2], *drawn[len(panels) :]):
-        axis.set_ylabel("flights that survive (%)")
+        axis.set_ylabel("share of flights (%)")
     legend_above(figure, *legend_entries(drawn), columns=2)
     return figure
 
 
 def _draw_panel(axis: Axes, panel: FrontierPanel) -> None:
-    for curve in panel.curves:
-        _draw_survival(axis, curve, 100.0 * np.asarray(curve.over), linestyle=curve.look.line)
+    for k, curve in enumerate(panel.curves):
+        lost = 100.0 * np.asarray(curve.over)
+        apart = _APART * (k - 0.5 * (len(panel.curves) - 1))
+        _draw_survival(axis, curve, lost, linestyle=curve.look.line, apart=apart)
     last = max((limit.loss for limit in panel.limits), default=0.0)
     for limit in panel.limits:
         axis.axvline(100.0 * limit.loss, **LIMIT)
@@ -120,7 +125,9 @@ def _draw_panel(axis: Axes, panel: FrontierPanel) -> None:
         words: dict[str, Any] = {"rotation": 90.0, "ha": align, "va": "center", "bbox": VEIL}
         at: dict[str, Any] = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axis.annotate(limit.label, (100.0 * limit.loss, 0.5), (side, 0.0), **words, **at)
-    axis.margins(x=0.08)
+    shown = [*(x for one in panel.curves for x in one.over), *(one.loss for one in panel.limits)]
+    room = 0.08 * ((max(shown) - min(shown)) or 1.0)
+    axis.set_xlim(100.0 * (min(shown) - room), 100.0 * (max(shown) + room))
     axis.set_title(panel.title, loc="left")
     axis.set_xlabel("thrust lost (%)")
 
@@ -139,7 +146,14 @@ def _draw_dead_rotor(axis: Axes, dead_rotor: Sequence[Survival]) -> None:
     axis.set_xlabel("dead rotor (number)")
 
 
-def _draw_survival(axis: Axes, one: Survival, x: FloatArray, *, linestyle: Any) -> None:
+def _draw_survival(
+    axis: Axes, one: Survival, x: FloatArray, *, linestyle: Any, apart: float = 0.0
+) -> None:
+    """Draw shares over x, all of it moved up and to the right by `apart` points."""
+    from matplotlib.transforms import offset_copy
+
+    figure = axis.get_figure(root=True)
+    moved = offset_copy(axis.transData, figure, apart, apart, units="points")
     share, low, high = (100.0 * np.asarray(value) for value in (one.share, one.low, one.high))
     axis.errorbar(
         x,
@@ -151,4 +165,5 @@ def _draw_survival(axis: Axes, one: Survival, x: FloatArray, *, linestyle: Any) 
         markersize=4.2,
         elinewidth=0.8,
         label=one.label,
+        transform=moved,
     )

@@ -94,7 +94,7 @@ def stage_for(polytopes: Sequence[Polytope], radii: Sequence[float], unit: str) 
     tips += 0.13 * largest * tips / np.linalg.norm(tips, axis=1, keepdims=True)  # room for letters
     seen = np.vstack([camera().seen(corners), tips])
     low = np.minimum(seen.min(axis=0), -ball) - 0.05 * largest
-    high = np.maximum(seen.max(axis=0), ball) + 0.05 * largest
+    high = np.maximum(seen.max(axis=0), ball) + 0.09 * largest
     low[1] -= 0.12 * (high[1] - low[1])  # for the scale bar
     high[0] = max(high[0], -low[0])  # zero in the middle, from left to right
     low[0] = -high[0]

@@ -28,6 +28,7 @@ __all__ = [
     "COLUMNS",
     "GREEN",
     "GREY",
+    "INTERLEAVED",
     "LIMIT",
     "PURPLE",
     "SILVER",
@@ -38,9 +39,11 @@ __all__ = [
     "Flight",
     "Look",
     "as_svg",
+    "house_style",
     "legend_above",
     "legend_entries",
     "new_figure",
+    "plain",
     "save_figure",
     "save_svg",
     "styled",
@@ -50,6 +53,8 @@ Options = ParamSpec("Options")
 
 VERMILLION, BLUE, GREEN, PURPLE = "#D55E00", "#0072B2", "#009E73", "#CC79A7"
 YELLOW, BLACK, GREY, SILVER = "#F0E442", "#000000", "#767676", "#bdbdbd"
+INTERLEAVED: tuple[Any, ...] = ((0.0, (3.0, 3.0)), (3.0, (3.0, 3.0)))
+"""Two dashed lines: where one lies on the other, the dashes of each fill the gaps of the other."""
 LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (1.5, 2.0)), "linewidth": 1.0, "zorder": 1}
 """How a limit is drawn."""
 VEIL: dict[str, Any] = {"facecolor": "white", "edgecolor": "none", "alpha": 0.6, "pad": 0.6}
@@ -80,6 +85,7 @@ _SETTINGS: Any = {
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "legend.frameon": False,
+    "text.hinting": "no_hinting",  # letters as wide in the layout as in what is kept
     "svg.fonttype": "path",
     "svg.hashsalt": "omnimorph",
     "path.simplify_threshold": 0.2,
@@ -91,11 +97,12 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 @dataclass(frozen=True)
 class Look:
-    """How one flight is drawn, everywhere in a report: its colour, its line and its mark."""
+    """How one flight is drawn, everywhere in a report: colour, line, mark, and width in points."""
 
     colour: str
     line: Any = "-"
     mark: str = "o"
+    width: float = 1.2
 
 
 @dataclass(frozen=True)
@@ -112,7 +119,7 @@ def styled(draw: Callable[Options, Figure]) -> Callable[Options, Figure]:
 
     @functools.wraps(draw)
     def draw_in_style(*args: Options.args, **kwargs: Options.kwargs) -> Figure:
-        with _house_style():
+        with house_style():
             figure = draw(*args, **kwargs)
             engine = figure.get_layout_engine()
             if engine is not None:
@@ -177,6 +184,23 @@ def legend_above(
     )
 
 
+def plain(value: float, _: Any = None) -> str:
+    """Return a number as an axis shows it: in full if that is short, else as a power of ten.
+
+    To be handed to ``set_major_formatter``, which also passes the number of the tick.
+
+    Examples
+    --------
+    >>> plain(0.001), plain(20.0), plain(1e-5), plain(3e-5)
+    ('0.001', '20', '10⁻⁵', '3·10⁻⁵')
+    """
+    if 1e-4 < abs(value) < 1e5 or value == 0.0:
+        return f"{value:g}"
+    digits, _, exponent = f"{value:.0e}".partition("e")
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"10{raised}" if digits == "1" else f"{digits}·10{raised}"
+
+
 def as_svg(figure: Figure) -> str:
     """Return a figure as the text of an SVG element: letters as outlines, numbers to 1/100 pt.
 
@@ -224,12 +248,12 @@ def _rounded(found: re.Match[str]) -> str:
 def _drawn(figure: Figure, kind: str, fonts: int = 42) -> bytes:
     undated = {"Date": None} if kind == "svg" else {"CreationDate": None}
     page = io.BytesIO()
-    with _house_style(fonts):
+    with house_style(fonts):
         figure.savefig(page, format=kind, metadata=undated, facecolor="white")
     return page.getvalue()
 
 
-def _house_style(fonts: int = 42) -> AbstractContextManager[None]:
+def house_style(fonts: int = 42) -> AbstractContextManager[None]:
     """Return a context in which nothing of the user's own style is left."""
     import matplotlib.style
 

@@ -97,9 +97,7 @@ def energies(rows: Sequence[EnergyRow]) -> Figure:
     panel.set_ylim(len(rows) - 0.5, -0.5)
     panel.set_xlim(left=0.0)
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel(
-        "energy against drag in the paper's count, speeds in Hz (“J”; times 2π: joules)"
-    )
+    panel.set_xlabel("rotor drag energy in the paper's count, speeds in Hz (“J”; times 2π: joules)")
     legend_above(figure, *_kinds_of_marks())
     return figure
 

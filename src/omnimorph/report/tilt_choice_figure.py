@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +12,14 @@ import numpy as np
 from omnimorph.protocols import FloatArray
 from omnimorph.report.figures import mark_time, tilt_panel
 from omnimorph.report.style import (
+    BLACK,
+    INTERLEAVED,
     Flight,
     Look,
     legend_above,
     legend_entries,
     new_figure,
+    plain,
     styled,
 )
 
@@ -26,7 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["ChoiceEnergy", "CostGap", "cost_gaps", "energy_by_choice", "tilt_by_choice"]
 
 _POINTS = 300
-_LEAST: dict[str, Any] = {"linestyle": (0, (4.0, 2.0)), "linewidth": 0.9, "zorder": 1}
+_BOUND: dict[str, Any] = {"linewidth": 0.9, "zorder": 1}
+_WIDEST, _NARROWER = 3.4, 1.1  # of the first curve, and how much less the next ones, points
 
 
 @dataclass(frozen=True)
@@ -66,11 +71,16 @@ class ChoiceEnergy:
 
 @styled
 def tilt_by_choice(cases: Mapping[str, Sequence[Flight]]) -> Figure:
-    """Draw the tilt (degrees) over time, one panel a case, one curve a way of choosing it."""
+    """Draw the tilt (degrees) over time, one panel a case, one curve a way of choosing it.
+
+    Each curve is narrower than the one below it, so that both show where they coincide.
+    """
     figure, axes = new_figure(0.8 + 1.9 * len(cases), len(cases), sharex=True)
     panels = axes[:, 0]
     for panel, (case, flights) in zip(panels, cases.items(), strict=True):
-        tilt_panel(panel, flights)
+        widths = [max(_WIDEST - _NARROWER * k, 1.2) for k in range(len(flights))]
+        looks = [replace(one.look, width=w) for one, w in zip(flights, widths, strict=True)]
+        tilt_panel(panel, [replace(f, look=look) for f, look in zip(flights, looks, strict=True)])
         panel.set_ylabel(f"{case}\ntilt (°)")
     mark_time(panels, [flight for flights in cases.values() for flight in flights])
     legend_above(figure, *legend_entries(panels), columns=3)
@@ -104,8 +114,8 @@ def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
     panel.set_yscale("log")
     panel.set_xlim(left=100.0 * smallest)
     panel.set_ylim(top=130.0)
-    panel.yaxis.set_major_formatter("{x:g}")
-    panel.xaxis.set_major_formatter("{x:g}")
+    panel.yaxis.set_major_formatter(plain)
+    panel.xaxis.set_major_formatter(plain)
     panel.set_xlabel("gap to the least cost (% of it)")
     panel.set_ylabel("control steps with a larger gap (%)")
     legend_above(figure, *legend_entries([panel]), columns=2)
@@ -116,16 +126,17 @@ def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
 def energy_by_choice(
     rows: Sequence[ChoiceEnergy], least: Mapping[str, float], looks: Mapping[str, Look]
 ) -> Figure:
-    """Draw drag energy in the paper's count, one row a way of choosing: mean and range over seeds.
+    """Draw rotor drag energy in the paper's count, one row a way of choosing: mean and range.
 
-    Beside each mean is how far it lies above the least possible.
+    Beside each mean is the energy relative to the lower bound.
 
     Parameters
     ----------
     rows : sequence of ChoiceEnergy
         From top to bottom.
     least : mapping of str to float
-        Case -> the least energy possible, drawn as a dashed line.
+        Case -> the lower bound of the energy, drawn as a dashed line: one line, in black, for cases
+        with the same bound.
     looks : mapping of str to Look
         Case -> its colour and its mark.
     """
@@ -135,19 +146,28 @@ def energy_by_choice(
         for k, (case, look) in enumerate(looks.items()):
             level = i + 0.44 * (k - 0.5 * (len(looks) - 1))
             _draw_energy(panel, row.energy[case], level, look, least[case], case)
-    for case, value in least.items():
-        panel.axvline(value, color=looks[case].colour, label=f"least possible, {case}", **_LEAST)
+    for k, (value, cases) in enumerate(_by_value(least).items()):
+        colour = looks[cases[0]].colour if len(cases) == 1 else BLACK
+        words = f"lower bound, {' and '.join(cases)}"
+        panel.axvline(value, color=colour, label=words, linestyle=INTERLEAVED[k % 2], **_BOUND)
     panel.set_yticks(range(len(rows)), [row.label for row in rows])
     panel.set_ylim(len(rows) - 0.5, -0.5)
     _make_room(
         panel, [*least.values(), *(v for r in rows for seeds in r.energy.values() for v in seeds)]
     )
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel(
-        "energy against drag in the paper's count, speeds in Hz (“J”; times 2π: joules)"
-    )
+    panel.set_xlabel("rotor drag energy in the paper's count, speeds in Hz (“J”; times 2π: joules)")
     legend_above(figure, *legend_entries([panel]), columns=2)
     return figure
+
+
+def _by_value(numbers: Mapping[str, float]) -> dict[float, list[str]]:
+    """Return the names that each number has; numbers that are the same to rounding are one."""
+    found: dict[float, list[str]] = {}
+    for name, value in numbers.items():
+        same = next((one for one in found if math.isclose(one, value, rel_tol=1e-9)), value)
+        found.setdefault(same, []).append(name)
+    return found
 
 
 def _make_room(panel: Axes, values: Sequence[float]) -> None:

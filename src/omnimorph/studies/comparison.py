@@ -186,8 +186,8 @@ def platform_table(rows: Sequence[Compared]) -> Table:
         ]
         for row in rows
     ]
-    head = ["", "rotors", "servos", "kg", "radius", "sideways", "hover (W/kg)", "class"]
-    caption = "The platforms; radius and sideways force over the weight."
+    head = ["", "rotors", "servos", "kg", "radius", "sideways force", "hover power (W/kg)", "class"]
+    caption = "Size and class of the platforms; radius and sideways force over the weight."
     return Table(caption, head, cells, frozenset(range(1, 7)))
 
 
@@ -205,9 +205,14 @@ def flight_table(rows: Sequence[Compared]) -> Table:
                 number(flown.drag_energy_J / row.vehicle.mass, 4),
             ]
         cells.append([row.vehicle.name, row.outcome, *shown])
-    head = ["", "outcome", "position, mean (mm)", "largest (mm)", "attitude, mean (°)"]
-    head += ["energy (J/kg)"]
-    return Table("The same flight.", head, cells, frozenset({2, 3, 4, 5}))
+    head = ["", "outcome", "position error, mean (mm)", "position error, largest (mm)"]
+    head += ["attitude error, mean (°)", "rotor drag energy (J/kg)"]
+    return Table(
+        "Outcome, errors and energy of the same flight, platform by platform.",
+        head,
+        cells,
+        frozenset({2, 3, 4, 5}),
+    )
 
 
 def _assumed_table(rows: Sequence[Compared]) -> Table:
@@ -217,7 +222,11 @@ def _assumed_table(rows: Sequence[Compared]) -> Table:
         for field, source in row.vehicle.sources.items()
         if source.assumed
     ]
-    return Table("Assumed numbers.", ["vehicle", "number", "what it rests on"], cells)
+    return Table(
+        "Every assumed number, vehicle by vehicle.",
+        ["vehicle", "number", "what it rests on"],
+        cells,
+    )
 
 
 def _shown_tilt(row: Compared) -> float:
@@ -229,8 +238,8 @@ def _draw_numbers(rows: Sequence[Compared]) -> Any:
     errors = [np.nan if row.flown is None else row.flown.position_error_mean_m for row in rows]
     columns = [
         Column("radius /\nweight (–)", [row.platform.radius_over_weight for row in rows], 1.0),
-        Column("sideways /\nweight (–)", [row.platform.lateral_over_weight for row in rows]),
-        Column("hover\n(W/kg)", [row.platform.hover_power_per_kg for row in rows]),
+        Column("sideways force /\nweight (–)", [row.platform.lateral_over_weight for row in rows]),
+        Column("hover power\n(W/kg)", [row.platform.hover_power_per_kg for row in rows]),
         Column("position error,\nmean (mm)", [1e3 * error for error in errors]),
     ]
     return numbers_of_platforms([row.vehicle.name for row in rows], columns)

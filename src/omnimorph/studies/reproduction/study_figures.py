@@ -64,17 +64,19 @@ def draw_ablation(found: Ablation) -> Figure:
         for metric in ("drag_energy_paper", "position_error_mean_m", "attitude_error_paper")
     }
     panels = [
-        AblationPanel("tilt_mean_deg", "tilt, mean (°)"),
-        AblationPanel("drag_energy_paper", "drag (“J”)", paper=reported["drag_energy_paper"]),
+        AblationPanel("tilt_mean_deg", "tilt,\nmean (°)"),
+        AblationPanel(
+            "drag_energy_paper", "drag energy\n(“J”)", paper=reported["drag_energy_paper"]
+        ),
         AblationPanel(
             "position_error_mean_m",
-            "position error (mm)",
+            "position error,\nmean (mm)",
             logarithmic=True,
             paper=reported["position_error_mean_m"],
         ),
         AblationPanel(
             "attitude_error_paper",
-            "‖e_R‖ (–)",
+            "‖e_R‖,\nmean (–)",
             logarithmic=True,
             paper=reported["attitude_error_paper"],
         ),

@@ -123,7 +123,7 @@ def _judge(tests: list[StandTest]) -> list[Judged]:
             "force_alone",
             untilted.force_alone,
             Verdict.PREDICTED,
-            "From the thrust coefficient of the vehicle's public model files.",
+            "From the thrust coefficient of the vehicle's file.",
         ),
         ("force_together", untilted.force_together, Verdict.CALIBRATED, calibrated),
         ("loss_at_0", 100.0 * untilted.loss, Verdict.CALIBRATED, calibrated),

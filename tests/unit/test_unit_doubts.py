@@ -17,6 +17,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph.analysis import hover
+from omnimorph.cli import console
 from omnimorph.cli.main import main
 from omnimorph.design.files import parse_vehicle, vehicle_text
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
@@ -198,6 +199,15 @@ def test_the_command_line_says_it_once_and_goes_on(
     (line,) = err.splitlines()
     assert line.startswith(f"omnimorph: {path}: rotor_defaults.speed_max_Hz is 24000.0: ")
     assert line.endswith("like N m/rpm².")
+
+
+def test_a_file_that_is_read_twice_is_questioned_once(capsys: pytest.CaptureFixture[str]) -> None:
+    with console.warnings_told():
+        parse_vehicle(QUADROTOR, "nano.toml")
+        parse_vehicle(QUADROTOR, "nano.toml")
+        parse_vehicle(QUADROTOR, "other.toml")
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split()[1] for line in lines] == ["nano.toml:", "other.toml:"]
 
 
 def test_a_stored_run_is_not_questioned_again(tmp_path: Path) -> None:

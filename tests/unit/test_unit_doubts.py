@@ -260,6 +260,7 @@ def test_a_vehicle_too_heavy_or_odd_without_another_unit_is_not_questioned() -> 
     quadrotor = om.load_vehicle("quadrotor")
     for changes in (
         {"mass": 3.0 * quadrotor.mass},
+        {"mass": 9.0 * quadrotor.mass},
         {"mass": 0.3 * quadrotor.mass},
         {"inertia": 10.0 * quadrotor.inertia},
         {"inertia": 0.02 * quadrotor.inertia},

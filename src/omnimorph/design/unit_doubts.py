@@ -161,7 +161,7 @@ def _cures(said: str) -> Iterator[list[_Cure]]:
         converted.append(_Cure((("thrust_coefficient", wrong),), coefficient=slip.factor**-2))
     yield likely
     yield converted  # the wrong way round, or twice
-    yield [_both(one, grams) for one in likely[1:]]
+    yield [_both(one, grams) for one in likely[1:] if one.speed < 1.0 or one.coefficient > 1.0]
 
 
 def _both(one: _Cure, other: _Cure) -> _Cure:

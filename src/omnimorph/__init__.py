@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from omnimorph.control.tracking import TrackingGains
     from omnimorph.design.files import list_vehicles, load_vehicle
     from omnimorph.design.vehicle import Vehicle
-    from omnimorph.errors import InputError, OmnimorphError
+    from omnimorph.errors import InputError, OmnimorphError, UnlikelyUnitWarning
     from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix
     from omnimorph.protocols import Command, Desired, State
     from omnimorph.results.flights import Flights
@@ -74,6 +74,7 @@ _HOME = {
     "ThrustStand": "simulation.thrust_stand",
     "TrackingGains": "control.tracking",
     "Uniform": "simulation.variation",
+    "UnlikelyUnitWarning": "errors",
     "Vehicle": "design.vehicle",
     "allocation_matrix": "model.allocation",
     "analysis": "analysis",
@@ -122,6 +123,7 @@ __all__ = [
     "ThrustStand",
     "TrackingGains",
     "Uniform",
+    "UnlikelyUnitWarning",
     "Vehicle",
     "__version__",
     "allocation_matrix",

@@ -9,6 +9,8 @@ found and what is allowed::
         ├── VehicleError      ... of a vehicle
         ├── ScenarioError     ... of a scenario
         └── RunFileError      ... of a stored run
+
+An `UnlikelyUnitWarning` is no error: the numbers are used as they stand.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ __all__ = [
     "RunFileError",
     "ScenarioError",
     "TooLargeError",
+    "UnlikelyUnitWarning",
     "VehicleError",
     "legible",
     "nearest_name",
@@ -44,6 +47,13 @@ class _Missing:
 
 MISSING: Final = _Missing()
 """Stands for the value of a key that is not there: ``mass_kg is missing, but it must be ...``."""
+
+
+class UnlikelyUnitWarning(UserWarning):
+    """A number of a vehicle looks like one in another unit, which the warning names.
+
+    To be silent of it: ``warnings.simplefilter("ignore", omnimorph.UnlikelyUnitWarning)``.
+    """
 
 
 class OmnimorphError(Exception):

@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 from types import MappingProxyType
-from typing import Any, overload
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["UNITS", "from_SI", "to_SI", "unit_of"]
+__all__ = ["SPEED_SLIPS", "SPEED_UNITS", "UNITS", "SpeedSlip", "from_SI", "to_SI", "unit_of"]
 
 _TURN = 2.0 * math.pi
 _DEGREE = math.pi / 180.0
@@ -65,6 +65,42 @@ UNITS: MappingProxyType[str, float] = MappingProxyType(
     }
 )
 """Suffix -> factor: a value in that unit times the factor is the value in SI."""
+
+SPEED_UNITS = MappingProxyType({"Hz": "Hz", "rad_per_s": "rad/s", "rpm": "rpm"})
+"""Suffix of a speed of rotation -> how its unit is written."""
+
+
+class SpeedSlip(NamedTuple):
+    """A place that says one unit of speed and holds another.
+
+    Attributes
+    ----------
+    said, meant : str
+        Keys of `SPEED_UNITS`.
+    factor : float
+        By which the speeds come out too large.
+    words : str
+        The same, as people write it.
+    of_coefficient : str
+        By which coefficients per squared speed come out too large: the inverse square.
+    """
+
+    said: str
+    meant: str
+    factor: float
+    words: str
+    of_coefficient: str
+
+
+SPEED_SLIPS = (
+    SpeedSlip("Hz", "rad_per_s", _TURN, "2π", "1/(2π)²"),
+    SpeedSlip("rad_per_s", "Hz", 1.0 / _TURN, "1/2π", "(2π)²"),
+    SpeedSlip("Hz", "rpm", 60.0, "60", "1/60²"),
+    SpeedSlip("rpm", "Hz", 1.0 / 60.0, "1/60", "60²"),
+    SpeedSlip("rad_per_s", "rpm", 60.0 / _TURN, "60/2π", "(2π/60)²"),
+    SpeedSlip("rpm", "rad_per_s", _TURN / 60.0, "2π/60", "(60/2π)²"),
+)
+"""Each unit of speed taken for each other one."""
 
 
 def unit_of(key: str) -> str:

@@ -16,6 +16,7 @@ import signal
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from random import Random
@@ -23,7 +24,7 @@ from random import Random
 from tests.fuzz.kinds import KINDS, Kind
 
 from omnimorph.design.ranges import Range
-from omnimorph.errors import OmnimorphError
+from omnimorph.errors import OmnimorphError, UnlikelyUnitWarning
 
 LONGEST = 10.0  # s of computing: how busy the machine is does not count
 LONGEST_WAIT = 60.0  # s
@@ -125,6 +126,7 @@ BUGS: dict[str, Callable[[Kind], Kind]] = {
 
 
 if __name__ == "__main__":
+    warnings.simplefilter("ignore", UnlikelyUnitWarning)  # mutated numbers deserve it
     faulthandler.register(signal.SIGPROF, chain=True)  # a traceback, and then the end
     if sys.argv[1] == "cases":
         read_cases(*sys.argv[2:])

@@ -172,7 +172,7 @@ def test_the_page_of_omnimorph(analysis: VehicleAnalysis, tmp_path: Path) -> Non
     assert "f₀ − f₂ − f₄ + f₆ or f₁ − f₃ − f₅ + f₇ not zero" in text
     assert "omnimorph analyze omnimorph --out DIR" in text
     assert f"omnimorph {om.__version__}." in text
-    assert "the public model files" in text.lower(), "the sources are told"
+    assert "Aboudorra et al., JIRS 2024" in text, "the sources are told"
 
 
 @pytest.mark.parametrize("name", list(NOT_MORPHING))

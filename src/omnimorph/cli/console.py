@@ -9,14 +9,26 @@ import shutil
 import sys
 import textwrap
 import time
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, NamedTuple, Self, TextIO
 
 from omnimorph.cli import interrupts
-from omnimorph.errors import InputError
+from omnimorph.errors import InputError, UnlikelyUnitWarning
 
-__all__ = ["Answer", "Progress", "complain", "counted", "finish", "number", "table", "write"]
+__all__ = [
+    "Answer",
+    "Progress",
+    "complain",
+    "counted",
+    "finish",
+    "number",
+    "table",
+    "warnings_told",
+    "write",
+]
 
 _NARROWEST = 24  # columns: text is not wrapped more narrowly than this
 
@@ -88,6 +100,25 @@ def finish() -> None:
             sys.stdout.flush()
         except OSError:
             _give_up(sys.stdout)
+
+
+@contextmanager
+def warnings_told() -> Iterator[None]:
+    """Print each warning of an unlikely unit on standard error, once and in one line."""
+    told: set[str] = set()
+
+    def tell(message: Warning | str, category: type[Warning], *place: Any) -> None:
+        if not issubclass(category, UnlikelyUnitWarning):
+            others(message, category, *place)
+        elif str(message) not in told:
+            told.add(str(message))
+            complain(str(message))
+
+    with warnings.catch_warnings():
+        others = warnings.showwarning
+        warnings.showwarning = tell  # type: ignore[assignment]
+        warnings.simplefilter("always", UnlikelyUnitWarning)
+        yield
 
 
 def complain(text: str) -> None:

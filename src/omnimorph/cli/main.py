@@ -83,7 +83,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with interrupts.wait():
                 for module in command.NEEDS:
                     import_module(module)
-            answer: console.Answer = command.answer(options)
+            with console.warnings_told():
+                answer: console.Answer = command.answer(options)
         console.write(answer.as_json() if options.json else answer.text)
         if answer.complaint:
             console.complain(answer.complaint)

@@ -14,6 +14,8 @@ from omnimorph.design.checks import LONGEST_LINE
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
 from omnimorph.design.ranges import OF_VEHICLES
+from omnimorph.design.unit_doubts import unit_doubts
+from omnimorph.design.unit_warnings import question_units
 from omnimorph.design.vehicle import Source, Vehicle
 from omnimorph.errors import MISSING, VehicleError
 from omnimorph.units import to_SI, unit_of
@@ -30,7 +32,7 @@ _ZERO_IF_LEFT_OUT = dict.fromkeys(
 )
 
 
-def parse_vehicle(text: str, file: str | Path) -> Vehicle:
+def parse_vehicle(text: str, file: str | Path, *, questioned: bool = True) -> Vehicle:
     """Build a vehicle from the text of a vehicle file.
 
     Parameters
@@ -39,6 +41,8 @@ def parse_vehicle(text: str, file: str | Path) -> Vehicle:
         TOML, as `omnimorph.design.files` describes it.
     file : str or Path
         What messages call the file; it is not opened.
+    questioned : bool
+        Whether to warn of numbers that look like those of another unit.
 
     Returns
     -------
@@ -49,6 +53,11 @@ def parse_vehicle(text: str, file: str | Path) -> Vehicle:
     ------
     VehicleError
         If the text describes no vehicle: one sentence with file, key, value and what is allowed.
+
+    Warns
+    -----
+    UnlikelyUnitWarning
+        If a number looks like one in another unit: file, key, value and the likely unit.
     """
     from omnimorph.design.schema import VehicleFile
 
@@ -56,10 +65,29 @@ def parse_vehicle(text: str, file: str | Path) -> Vehicle:
     content = check_document(VehicleFile, document, file, VehicleError)
     values = _vehicle_values(content, file)
     try:
-        return Vehicle(**values)
+        vehicle = Vehicle(**values, questioned=False)
     except VehicleError as refused:
-        retold = _in_words_of_file(refused, document, file)
-    raise retold
+        attribute, _, index = str(refused.key).rstrip("]").partition("[")
+        where, value = _place(document, attribute, int(index) if index else None)
+        raise VehicleError.at(file, where, value, str(refused.allowed)) from None
+    if questioned:
+        _question_units(vehicle, document, file)
+    return vehicle
+
+
+def _question_units(vehicle: Vehicle, document: Mapping[str, Any], file: str | Path) -> None:
+    """Warn of what looks like another unit, with the file's own keys."""
+
+    def place(attribute: str, index: int | None) -> tuple[str, Any]:
+        where, value = _place(document, attribute, index)
+        return f"{file}: {where}", value
+
+    def name(attribute: str) -> str:
+        return FILE_KEYS[attribute].rpartition(".")[2]
+
+    tables = (document.get("rotor_defaults", {}), *document["rotor"])
+    as_thrust = any(_as_thrust(table) for table in tables)
+    question_units(unit_doubts(vehicle, "Hz", limits_are_thrusts=as_thrust), place, name)
 
 
 def _vehicle_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
@@ -206,23 +234,19 @@ def _in_SI(key: str, value: float) -> float:
     return to_SI(value, unit_of(key))
 
 
-def _in_words_of_file(
-    refused: VehicleError, document: Mapping[str, Any], file: str | Path
-) -> VehicleError:
-    """Retell a refusal by `Vehicle`, which speaks of attributes in SI, with the file's own key."""
-    attribute, _, index = str(refused.key).rstrip("]").partition("[")
+def _place(document: Mapping[str, Any], attribute: str, index: int | None) -> tuple[str, Any]:
+    """Return where an attribute of `Vehicle` stands in its file, and what is written there."""
     table, _, key = FILE_KEYS[attribute].rpartition(".")
     places: list[tuple[str, Mapping[str, Any]]] = [(key, document)]
     if attribute == "filter_cutoff":
-        key = FILTER_KEYS[int(index)]
+        key = FILTER_KEYS[index or 0]
         places = [(f"filter.{key}", document["filter"])]
     elif table:
-        places = [(f"{table}[{index}].{key}", document[table][int(index)])]
+        places = [(f"{table}[{index}].{key}", document[table][index])]
     if table == "rotor":
         places.append((f"rotor_defaults.{key}", document.get("rotor_defaults", {})))
     for where, place in places:
         for given_as in (key, AS_THRUST.get(key, key)):
             if given_as in place:
-                where = where.removesuffix(key) + given_as
-                return VehicleError.at(file, where, place[given_as], str(refused.allowed))
-    return VehicleError.at(file, places[0][0], MISSING, str(refused.allowed))
+                return where.removesuffix(key) + given_as, place[given_as]
+    return places[0][0], MISSING

@@ -23,6 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnimorph.design.checks import Checks, Source, read_only
+from omnimorph.design.unit_doubts import unit_doubts
+from omnimorph.design.unit_warnings import question_units
 from omnimorph.protocols import FloatArray
 
 __all__ = ["MOST_ROTORS", "MOST_SERVOS", "Source", "ThrustAxisParts", "Vehicle"]
@@ -96,12 +98,19 @@ class Vehicle:
         0 = not filtered.
     sources : mapping of str to Source
         Name of an attribute above -> where its numbers come from.
+    questioned : bool, of the constructor only
+        Whether numbers that look like those of another unit are questioned; True by default.
 
     Raises
     ------
     VehicleError
         If anything is not as said above; the message names the attribute, and the rotor or servo by
         its index, counted from 0.
+
+    Warns
+    -----
+    UnlikelyUnitWarning
+        If a number looks like one in another unit; copies are not questioned again.
     """
 
     name: str
@@ -129,8 +138,9 @@ class Vehicle:
     servo_time_constant: FloatArray
     filter_cutoff: FloatArray
     sources: Mapping[str, Source] = dataclasses.field(default_factory=dict)
+    questioned: dataclasses.InitVar[bool] = True
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, questioned: bool) -> None:
         check = Checks(self.name)
         set_once = object.__setattr__  # how a frozen dataclass settles its own fields
         check.name("name", self.name)
@@ -147,6 +157,13 @@ class Vehicle:
         self._check_limits(check)
         fields = [field.name for field in dataclasses.fields(self)]
         set_once(self, "sources", check.sources("sources", self.sources, fields))
+        if questioned:
+            question_units(unit_doubts(self, "rad_per_s"), self._place, str)
+
+    def _place(self, attribute: str, index: int | None) -> tuple[str, Any]:
+        """Return what an attribute, or one of its entries, is called, and its value."""
+        value, where = getattr(self, attribute), f"vehicle {self.name}: {attribute}"
+        return (where, value) if index is None else (f"{where}[{index}]", value[index])
 
     def _settle_rotors(self, check: Checks) -> None:
         """Normalise the axes and check what ties a rotor to its servo."""
@@ -235,7 +252,7 @@ class Vehicle:
             bare = vehicle.mass - vehicle.tilt_mechanism_mass
             vehicle.replace(mass=bare, tilt_mechanism_mass=0.0)
         """
-        return dataclasses.replace(self, **changes)
+        return dataclasses.replace(self, **({"questioned": False} | changes))
 
     def _thrust(self, speed: FloatArray) -> FloatArray:
         return read_only(self.thrust_coefficient * speed * np.abs(speed))
@@ -243,7 +260,8 @@ class Vehicle:
     def __reduce__(self) -> tuple[Any, ...]:
         # Through the constructor, so that a copy from another process is as read-only as this one.
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        return (_rebuild, (type(self), values | {"sources": dict(self.sources)}))
+        values |= {"sources": dict(self.sources), "questioned": False}
+        return (_rebuild, (type(self), values))
 
 
 _DERIVED = {

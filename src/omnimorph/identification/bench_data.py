@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from omnimorph.design.csv_tables import read_csv_table
 from omnimorph.design.ranges import Range
 from omnimorph.errors import MISSING, InputError
-from omnimorph.identification.unit_hints import SPEED_UNITS, check_ratio
+from omnimorph.identification.unit_hints import check_ratio
 from omnimorph.protocols import FloatArray
-from omnimorph.units import from_SI, to_SI, unit_of
+from omnimorph.units import SPEED_UNITS, from_SI, to_SI, unit_of
 
 __all__ = ["STILL", "BenchData", "column_ranges", "read_bench"]
 

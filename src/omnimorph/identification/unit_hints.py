@@ -9,42 +9,17 @@ a second speed, `check_expected` the second beside coefficients that were expect
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
+from omnimorph.design.unit_doubts import USUAL_KAPPA
 from omnimorph.errors import InputError
-from omnimorph.units import unit_of
+from omnimorph.units import SPEED_SLIPS, SPEED_UNITS, unit_of
 
-__all__ = ["SPEED_UNITS", "check_expected", "check_ratio", "torque_hint"]
-
-SPEED_UNITS = {"Hz": "Hz", "rad_per_s": "rad/s", "rpm": "rpm"}
-"""Suffix of a column -> how the unit is written."""
+__all__ = ["check_expected", "check_ratio", "torque_hint"]
 
 _CLOSE = 0.05  # relative: two readings of one speed
 _ALIKE = 0.35  # relative: two propellers of one kind; (2π)² = 39 and 60²/(2π)² = 91 stay apart
-_USUAL = (0.005, 0.05)  # m, torque over force of propellers from 4 to 30 inches
 _TORQUE_UNITS = {"N cm": 1e-2, "N mm": 1e-3, "kgf cm": 9.80665e-2, "oz in": 7.0616e-3}
 _FORCE_UNITS = {"gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.44822}
-
-
-class _Mistake(NamedTuple):
-    """A column of speeds that says one unit and holds another."""
-
-    said: str
-    meant: str
-    factor: float  # by which the speeds come out too large
-    words: str
-    of_coefficient: str  # by which the coefficients do: its inverse square
-
-
-_TURN = 2.0 * math.pi
-_MISTAKES = (
-    _Mistake("Hz", "rad_per_s", _TURN, "2π", "1/(2π)²"),
-    _Mistake("rad_per_s", "Hz", 1.0 / _TURN, "1/2π", "(2π)²"),
-    _Mistake("Hz", "rpm", 60.0, "60", "1/60²"),
-    _Mistake("rpm", "Hz", 1.0 / 60.0, "1/60", "60²"),
-    _Mistake("rad_per_s", "rpm", 60.0 / _TURN, "60/2π", "(2π/60)²"),
-    _Mistake("rpm", "rad_per_s", _TURN / 60.0, "2π/60", "(60/2π)²"),
-)
 
 
 def check_ratio(path: str, first: str, second: str, ratio: float) -> None:
@@ -68,12 +43,12 @@ def check_ratio(path: str, first: str, second: str, ratio: float) -> None:
     if not 0.0 < ratio < math.inf:  # one of them rests all the time
         return
     for name, too_large in ((first, ratio), (second, 1.0 / ratio)):
-        for mistake in _MISTAKES:
+        for mistake in SPEED_SLIPS:
             near = abs(too_large / mistake.factor - 1.0) < _CLOSE
             if near and mistake.said == unit_of(name):
                 suspects.append(f"the numbers under {name} look like {SPEED_UNITS[mistake.meant]}")
     if suspects:
-        words = next(m.words for m in _MISTAKES if abs(ratio / m.factor - 1.0) < _CLOSE)
+        words = next(m.words for m in SPEED_SLIPS if abs(ratio / m.factor - 1.0) < _CLOSE)
         sentence = f"{path}: {first} is {ratio:.4g} times {second}, which is {words}: "
         sentence += f"{', or '.join(suspects)}."
         raise InputError(sentence, file=path, key=first, value=ratio)
@@ -101,7 +76,7 @@ def check_expected(
     """
     ratio = thrust / thrust_expected
     drag_ratio = ratio if drag_expected is None else drag / drag_expected
-    for mistake in _MISTAKES:
+    for mistake in SPEED_SLIPS:
         too_large = mistake.factor**-2
         if all(_alike(found, too_large) for found in (ratio, drag_ratio)):
             raise InputError(
@@ -138,7 +113,7 @@ def torque_hint(drag_to_thrust: float) -> str:
     drag_to_thrust : float, m
         κ as fitted.
     """
-    low, high = _USUAL
+    low, high = USUAL_KAPPA
     if low <= drag_to_thrust <= high:
         return ""
     sentence = f"Torque over force is {drag_to_thrust:.3g} m, and {low:g} to {high:g} m is usual"

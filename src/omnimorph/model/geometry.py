@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omnimorph.design.unit_doubts import largest_radius
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
@@ -18,10 +19,7 @@ def propeller_radius(vehicle: Vehicle) -> float:
     Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. A
     coaxial pair, both rotors at one place, is drawn as one.
     """
-    hubs = vehicle.rotor_position
-    apart = np.linalg.norm(hubs[:, None] - hubs[None], axis=2)
-    between = apart[apart > 1e-9]
-    return 0.48 * float(between.min()) if len(between) else 0.1
+    return largest_radius(vehicle.rotor_position) or 0.1
 
 
 def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

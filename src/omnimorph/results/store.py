@@ -251,7 +251,7 @@ def _read(path: str | Path, file: Any) -> Run:
         return Run(
             **columns,
             outcome=outcome,
-            vehicle=parse_vehicle(provenance.vehicle_text, f"{path}: vehicle"),
+            vehicle=parse_vehicle(provenance.vehicle_text, f"{path}: vehicle", questioned=False),
             provenance=provenance,
             performance=_performance(file),
         )

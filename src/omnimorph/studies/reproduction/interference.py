@@ -118,9 +118,9 @@ def _at_the_end(reading: StandReading) -> float:
 def _judge(tests: list[StandTest]) -> list[Judged]:
     untilted, tilted = tests
     calibrated = "The model of wakes was given the paper's two losses."
-    model_file = "From the thrust coefficient of the vehicle's public model files."
+    own_file = "From the thrust coefficient of the vehicle's file."
     rows = (
-        ("force_alone", untilted.force_alone, Basis.DERIVED, model_file),
+        ("force_alone", untilted.force_alone, Basis.DERIVED, own_file),
         ("force_together", untilted.force_together, Basis.CHOSEN, calibrated),
         ("loss_at_0", 100.0 * untilted.loss, Basis.CHOSEN, calibrated),
         ("loss_at_50", 100.0 * tilted.loss, Basis.CHOSEN, calibrated),

@@ -38,3 +38,20 @@ def test_a_push_lasts_as_long_as_it_says() -> None:
     flight, step = pilot.flight, far.plant.physics_step
     rise = flight.columns["v_WB"][: flight.row, 2]
     assert rise.argmax() * step == PUSH_SECONDS
+
+
+def test_plots_go_on_with_the_flight_and_are_never_built_anew() -> None:
+    """A plot whose scales were set anew kept, in the browser, to the times it had shown before."""
+    server = new_server()
+    try:
+        page = LivePage(server, HOVER)
+        handles = [plot._handle for plot in page._charts._plots]
+        scales = [handle.scales for handle in handles]
+        for until in (0.5, 1.0):
+            page.pilot.push(np.array([80.0 * until, 0.0, 0.0]))  # errors grow, and so do their axes
+            page.pilot.advance(until)
+            page.show()
+            assert [handle.data[0][-1] for handle in handles] == [page.as_run().time[-1]] * 5
+        assert [handle.scales for handle in handles] == scales
+    finally:
+        stop(server)

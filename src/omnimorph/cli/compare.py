@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Compare, write the page if one is wanted, and show the table."""
     import omnimorph as om
+    from omnimorph.results.folder import replaced_words
     from omnimorph.studies.comparison import (
         COMPARISON_SCHEMA,
         compare,
@@ -43,8 +44,10 @@ def answer(options: argparse.Namespace) -> console.Answer:
 
     names = options.vehicles or om.list_vehicles()
     vehicles = [om.load_vehicle(name) for name in names]
+    replaced = ""
     if options.out is not None:
         check_own(options.out, COMPARISON_SCHEMA)
+        replaced = replaced_words(options.out / "results.json")
     with console.Progress("comparing") as progress:
         rows = compare(vehicles, progress=progress)
     where = "`--out DIR` writes the page with the figures."
@@ -57,7 +60,8 @@ def answer(options: argparse.Namespace) -> console.Answer:
         "Radius and sideways force over the weight; hover power per kilogram; mean position error "
         "in the common flight."
     )
-    return console.Answer(text=f"{text}\n\n{notes}\n{where}", data=comparison_data(rows))
+    text = f"{text}\n\n{notes}\n{where}"
+    return console.Answer(text=text, data=comparison_data(rows), complaint=replaced)
 
 
 def _row(row: Compared) -> list[str]:

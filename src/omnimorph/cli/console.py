@@ -16,7 +16,17 @@ from typing import Any, NamedTuple, Self, TextIO
 from omnimorph.cli import interrupts
 from omnimorph.errors import InputError
 
-__all__ = ["Answer", "Progress", "complain", "counted", "finish", "number", "table", "write"]
+__all__ = [
+    "Answer",
+    "Progress",
+    "brief",
+    "complain",
+    "counted",
+    "finish",
+    "number",
+    "table",
+    "write",
+]
 
 _NARROWEST = 24  # columns: text is not wrapped more narrowly than this
 
@@ -117,6 +127,17 @@ def number(value: float | None, digits: int = 5) -> str:
     ('1764.3', '0.25', '—')
     """
     return "—" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def brief(value: float) -> str:
+    """Return a measured number to two digits, whole from 10 on, and never as 0 if it is not.
+
+    Examples
+    --------
+    >>> brief(1354.2), brief(5.34), brief(0.0312), brief(123.0)
+    ('1354', '5.3', '0.031', '123')
+    """
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
 
 
 def counted(count: int, what: str) -> str:

@@ -57,8 +57,8 @@ def answer(options: argparse.Namespace) -> console.Answer:
     header = ["vehicle", "rotors", "servos", "kg", "radius", "sideways", "W/kg", "mm", "class"]
     text = console.table([_row(row) for row in rows], header=header, align="lrrrrrrrl")
     notes = (
-        "Radius and sideways force over the weight; hover power per kilogram; mean position error "
-        "in the common flight."
+        "Radius and sideways force over the weight, each servo at its own tilt; power to hover "
+        "level with all servos\nat one tilt, per kilogram; mean position error in the same flight."
     )
     text = f"{text}\n\n{notes}\n{where}"
     return console.Answer(text=text, data=comparison_data(rows), complaint=replaced)

@@ -205,6 +205,10 @@ def test_a_live_flight_is_disturbed_and_kept(browser: Browser, tmp_path: Path) -
             page.get_by_role("option", name="as fast as possible").click()
             wait_for(page, "notices", "The flight was completed.")
             assert is_drawn(page)
+            plots = "Object.values(window.__viserTestpoints.uplots)"
+            page.wait_for_function(f"{plots}.every(one => one.chart.data[0].at(-1) === 45)")
+            shown = f"{plots}.map(one => [one.createCount, one.chart.scales.x.max])"
+            assert page.evaluate(shown) == [[1, 45]] * 5, "every plot goes on to the end"
         out, err = command.process.communicate(timeout=30)
         assert command.process.returncode == 0
     assert "had no effect" not in err
@@ -220,7 +224,9 @@ def test_a_live_flight_is_disturbed_and_kept(browser: Browser, tmp_path: Path) -
 # --- pictures -----------------------------------------------------------------------------------
 
 
-def test_pictures_and_videos_are_drawn_without_a_window(runs: Path, tmp_path: Path) -> None:
+def test_pictures_and_videos_are_drawn_without_a_window(
+    runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from PIL import Image
 
     from omnimorph.cli.main import main
@@ -232,6 +238,12 @@ def test_pictures_and_videos_are_drawn_without_a_window(runs: Path, tmp_path: Pa
     )
     assert main(["view", "omav-12", "--snapshot", str(tmp_path / "d.webp")]) == 0
     assert main(["view", str(short), "--video", str(tmp_path / "v.gif"), "--speed", "8"]) == 0
+    assert capsys.readouterr().err == ""
+    still = ("--snapshot", str(tmp_path / "t.png"), "--at", "30")
+    assert main(["view", str(short), str(runs / "a.nc"), *still]) == 0
+    said = capsys.readouterr().err
+    assert "it shows the last moment of hover at 5 s." in said
+    assert f"replaced what was there: {tmp_path / 't.png'}." in said
     for name in ("t.png", "d.webp"):
         with Image.open(tmp_path / name) as picture:
             assert picture.size == (1600, 1200)

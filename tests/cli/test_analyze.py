@@ -114,6 +114,8 @@ def test_the_page_is_written(program: Program, tmp_path: Path) -> None:
 
     again = program("analyze", "omnimorph-2026", "--out", "deep/out")
     assert again.returncode == 0
+    older = Path("deep/out/results.json")
+    assert again.stderr == f"omnimorph: replaced what was there: {older}.\n"
     assert [path.name for path in Path(tmp_path, "deep").iterdir()] == ["out"]
 
 

@@ -60,6 +60,12 @@ def test_what_cannot_fly_is_compared_and_says_why(program: Program, folder: Path
     assert (shown.returncode, shown.stderr) == (0, "")
     assert "heavy" in shown.stdout
     assert row["outcome"] in (folder / "out" / "comparison.html").read_text(encoding="utf-8")
+    again = program("compare", "heavy.toml", "--out", "out")
+    results = Path("out", "results.json")
+    assert (again.returncode, again.stderr) == (
+        0,
+        f"omnimorph: replaced what was there: {results}.\n",
+    )
 
 
 def test_mistakes_are_told_before_anything_is_compared(program: Program, folder: Path) -> None:

@@ -7,11 +7,13 @@ import re
 import resource
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 import omnimorph as om
+from omnimorph.cli.fly import _as_text
 
 Program = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -57,7 +59,7 @@ def test_a_flight_is_told_and_written(program: Program, tmp_path: Path) -> None:
     assert re.search(r"^position error, mean +[\d.]+  mm$", done.stdout, re.MULTILINE)
     assert re.search(r"^tilt, mean +[\d.]+  °$", done.stdout, re.MULTILINE)
     assert re.search(
-        r"^45 s flown in [\d.e-]+ s: \d+ times real time\.$", done.stdout, re.MULTILINE
+        r"^45 s flown in [\d.]+ s: [\d.]+ times real time\.$", done.stdout, re.MULTILINE
     )
     folder = Path("runs", "paper-case-a-seed0")
     assert f"Written to {folder}: run.nc, metrics.json." in done.stdout
@@ -68,6 +70,11 @@ def test_a_flight_is_told_and_written(program: Program, tmp_path: Path) -> None:
     assert run.content_hash == om.fly(om.load_scenario("paper-case-a")).content_hash
     metrics = json.loads((tmp_path / folder / "metrics.json").read_text(encoding="utf-8"))
     assert metrics == run.metrics.as_dict()
+
+    again = program("fly", "paper-case-a")
+    older = f"{folder / 'run.nc'}, {folder / 'metrics.json'}"
+    assert again.returncode == 0
+    assert again.stderr == f"omnimorph: replaced what was there: {older}.\n"
 
 
 def test_every_metric_is_in_the_table(program: Program) -> None:
@@ -173,3 +180,15 @@ def test_interrupting_a_flight_leaves_nothing(
     assert b"omnimorph: interrupted; nothing was written" in told
     assert b"Traceback" not in told
     assert files_in(tmp_path) == ["long.toml"]
+
+
+@pytest.mark.parametrize(
+    ("wall_time", "told"),
+    [(0.0332, "5 s flown in 0.033 s: 151"), (200.0, "200 s: 0.025"), (1234.0, "1234 s: 0.0041")],
+)
+def test_no_flight_is_zero_times_real_time(wall_time: float, told: str) -> None:
+    hover = om.load_scenario("hover")
+    run = om.fly(hover)
+    measured = replace(run.performance, wall_time=wall_time, real_time_factor=5 / wall_time)
+    slow = replace(run, performance=measured)
+    assert f"{told} times real time." in _as_text(hover, slow, Path("out"))

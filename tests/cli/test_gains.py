@@ -77,5 +77,7 @@ def test_fly_another_vehicle(program: Program, tmp_path: Path) -> None:
     assert run.vehicle.n_rotors == 4
     refused = program("fly", "paper-case-a", "--vehicle", "quad.toml")
     assert refused.returncode == 2
-    assert "but it must be fixed-tilt" in refused.stderr
+    assert "does not fit vehicle quad with 0 servos; fly tour, or another scenario" in (
+        refused.stderr
+    )
     assert not (tmp_path / "runs" / "paper-case-a-quad-seed0").exists()

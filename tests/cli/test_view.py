@@ -14,6 +14,7 @@ import pytest
 import omnimorph as om
 from omnimorph.cli.main import main
 from omnimorph.cli.page import announce
+from omnimorph.cli.view import _ended_before
 
 
 @pytest.fixture(scope="module")
@@ -114,6 +115,24 @@ def test_a_tilt_goes_with_a_vehicle(run_file: Path, capsys: pytest.CaptureFixtur
 def test_a_moment_after_the_end(run_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     still = ("--snapshot", str(run_file.parent / "t.png"), "--at", "1e6")
     assert "from 0 to" in refused(capsys, str(run_file), *still)
+
+
+@pytest.mark.parametrize(("option", "needed"), [("--at", "--snapshot"), ("--speed", "--video")])
+def test_an_option_that_would_do_nothing(
+    option: str, needed: str, run_file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refused(capsys, str(run_file), option, "1")
+    assert f"{option} goes with {needed}, which is not given" in said
+
+
+def test_a_picture_says_which_flight_had_ended() -> None:
+    flights = [SimpleNamespace(name="short", duration=2.0), SimpleNamespace(name="b", duration=5.0)]
+    assert _ended_before(flights[1:], 5.0) == ""  # type: ignore[arg-type]
+    assert _ended_before(flights, 2.0) == ""  # type: ignore[arg-type]
+    assert _ended_before(flights, 3.0) == (  # type: ignore[arg-type]
+        "the picture is of 3 s; it shows the last moment of short at 2 s."
+    )
+    assert "of 2.5 s" in _ended_before(flights, None)  # type: ignore[arg-type]
 
 
 def test_others_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:

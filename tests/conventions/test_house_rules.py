@@ -201,3 +201,19 @@ def test_no_file_names_the_home_of_a_machine() -> None:
         if path.suffix in kinds and home.search(path.read_text("utf-8"))
     ]
     assert named == []
+
+
+def test_no_file_of_another_program_lies_in_the_tree() -> None:
+    """Such as a log that a simulator left where it was run; what git ignores is not in the tree."""
+    kinds = {".py", ".pyi", ".toml", ".hpp", ".cpp", ".md", ".j2", ".csv", ".svg", ".png", ".nc"}
+    known = {"CMakeLists.txt", "py.typed"}
+    ignored = {".so", ".pyc"}
+    strange = [
+        shown(path)
+        for room in ("src", "core", "tests", "docs", "examples")
+        for path in (ROOT / room).rglob("*")
+        if path.is_file() and path.suffix not in kinds | ignored and path.name not in known
+    ]
+    assert strange == []
+    rules = (ROOT / ".gitignore").read_text(encoding="utf-8")
+    assert not re.search(r"log|txt", rules, re.IGNORECASE), "a log would lie there unseen"

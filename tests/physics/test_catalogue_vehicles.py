@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -152,8 +153,11 @@ ALL_WAYS = ThrustKind.OMNIDIRECTIONAL
     ],
 )
 def test_classes(name: str, kind: ActuationKind, thrust: ThrustKind) -> None:
-    found = platform(om.load_vehicle(name))
+    vehicle = om.load_vehicle(name)
+    found = platform(vehicle)
     assert (found.kind, found.thrust_kind) == (kind, thrust)
+    claims = re.search("omni-?directional", vehicle.title, re.IGNORECASE)
+    assert not claims or thrust is ALL_WAYS, "what its title says"
     assert math.isfinite(found.hover_power), "it hovers level"
 
 

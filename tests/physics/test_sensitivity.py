@@ -288,6 +288,13 @@ def test_both_sides_of_a_cube(quantity: Quantity) -> None:
     check_agree(sensitivity(CUBE, [], quantity), CUBE, np.zeros(0), quantity, 2e-5)
 
 
+def test_both_sides_where_several_multipliers_are_optimal() -> None:
+    """ODAR-8: each facet of the forces belongs to two of the wrenches."""
+    odar = load_vehicle("odar-8")
+    found = sensitivity(odar, [], "radius_zero_moment")
+    check_agree(found, odar, np.zeros(0), "radius_zero_moment", 2e-5)
+
+
 def test_the_tilt_of_the_largest_radius_is_a_peak() -> None:
     found = sensitivity(OMNIMORPH, math.atan(math.sqrt(2.0)), "radius_free_moment")
     assert found.left.tilt[0] > 1.0

@@ -193,7 +193,7 @@ def test_the_page_of_a_vehicle_with_many_servos(tmp_path: Path) -> None:
     hexarotor = build_tilting_hexarotor()
     steps: list[str] = []
     text = check_page(write_analysis_page(analyze(hexarotor), tmp_path, steps.append))
-    assert "6 servos (tilt from −20° to 70°, common to all)" in text
+    assert "6 servos (tilt from −20° to 70°, which all reach)" in text
     assert "arm0: f₀ not zero; arm1: f₁ not zero" in text
     assert "all servos are moved together" in text
     assert steps[-1] == "writing the page"

@@ -6,6 +6,7 @@ import json
 import os
 from dataclasses import replace
 from importlib.util import find_spec
+from pathlib import Path
 
 import daqp
 import numpy as np
@@ -19,6 +20,7 @@ from omnimorph.bench.peers.limits import what_peers_cannot_run
 from omnimorph.bench.peers.missing import NotInstalled, imported, quiet
 from omnimorph.bench.peers.recorded_problems import Problem, recorded_problems
 from omnimorph.bench.peers.solvers import SOLVERS, exact_answers, solve_all
+from omnimorph.bench.peers.suite import away
 from omnimorph.control.box_qp import solve_box_qp
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
@@ -155,6 +157,19 @@ def test_what_a_peer_prints_stays_away(capfd: pytest.CaptureFixture[str]) -> Non
         os.write(1, b"a banner")
         os.write(2, b"a warning")
     assert capfd.readouterr() == ("", "")
+
+
+def test_what_a_peer_writes_is_gone_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some leave a log where they are run, in this process or in one of their own."""
+    monkeypatch.chdir(tmp_path)
+    with away(["one"]) as pools:
+        assert Path("HERE_LOG.TXT").write_text("here") == 4
+        assert pools["one"].submit(Path("THERE_LOG.TXT").write_text, "there").result() == 5
+        assert sorted(os.listdir()) == ["HERE_LOG.TXT", "THERE_LOG.TXT"]
+    assert Path.cwd() == tmp_path
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

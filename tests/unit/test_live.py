@@ -53,3 +53,20 @@ def test_a_push_acts_in_as_many_steps_as_it_lasts() -> None:
     for k in range(round(0.5 / far.plant.control_period)):
         by_hand.step(np.r_[push if first <= k < first + count else np.zeros(3), np.zeros(3)])
     np.testing.assert_array_equal(pilot.flight.as_run().v_WB, by_hand.as_run().v_WB)
+
+
+def test_plots_go_on_with_the_flight_and_are_never_built_anew() -> None:
+    """A plot whose scales were set anew kept, in the browser, to the times it had shown before."""
+    server = new_server()
+    try:
+        page = LivePage(server, HOVER)
+        handles = [plot._handle for plot in page._charts._plots]
+        scales = [handle.scales for handle in handles]
+        for until in (0.5, 1.0):
+            page.pilot.push(np.array([80.0 * until, 0.0, 0.0]))  # errors grow, and so do their axes
+            page.pilot.advance(until)
+            page.show()
+            assert [handle.data[0][-1] for handle in handles] == [page.as_run().time[-1]] * 5
+        assert [handle.scales for handle in handles] == scales
+    finally:
+        stop(server)

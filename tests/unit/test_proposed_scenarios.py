@@ -93,8 +93,14 @@ def test_what_is_told_stays_told() -> None:
     hover = om.load_scenario("hover")
     other = hover.for_vehicle(om.load_vehicle("omnimorph-2026"))
     assert (other.gains, other.allocator) == (hover.gains, hover.allocator)
-    with pytest.raises(ScenarioError, match="but it must be fixed-tilt"):
+    with pytest.raises(ScenarioError) as caught:
         hover.for_vehicle(QUADROTOR)
+    assert str(caught.value) == (
+        "scenario hover: its controller.allocator three-candidates does not fit vehicle "
+        f"{QUADROTOR.name} with 0 servos; fly tour, or another scenario with [controller] "
+        "proposed = true, which takes the controller from the vehicle, or write one with "
+        "fixed-tilt."
+    )
 
 
 def test_the_start_tilt_is_kept_as_far_as_the_servos_turn() -> None:

@@ -58,6 +58,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Analyse, write the page if one is wanted, and tell what came out."""
     import omnimorph as om
     from omnimorph.report.analysis_data import analysis_data
+    from omnimorph.results.folder import replaced_words
 
     vehicle = om.load_vehicle(options.vehicle)
     _check_count(options.tilt, vehicle)
@@ -69,11 +70,14 @@ def answer(options: argparse.Namespace) -> console.Answer:
             beyond_limits=options.beyond_limits,
             progress=progress,
         )
+        replaced = ""
         if options.out is None:
             analysis, where = ask(), "`--out DIR` writes the page with the figures."
         else:
+            replaced = replaced_words(options.out / "results.json")
             analysis, where = _written(ask, options.out), f"The page: {options.out / _PAGE}"
-    return console.Answer(text=f"{_as_text(analysis)}\n\n{where}", data=analysis_data(analysis))
+    text, data = f"{_as_text(analysis)}\n\n{where}", analysis_data(analysis)
+    return console.Answer(text=text, data=data, complaint=replaced)
 
 
 def _written(ask: Callable[[], VehicleAnalysis], out: Path) -> VehicleAnalysis:

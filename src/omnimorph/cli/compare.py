@@ -33,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Compare, write the page if one is wanted, and show the table."""
     import omnimorph as om
+    from omnimorph.results.folder import replaced_words
     from omnimorph.studies.comparison import (
         COMPARISON_SCHEMA,
         compare,
@@ -43,8 +44,10 @@ def answer(options: argparse.Namespace) -> console.Answer:
 
     names = options.vehicles or om.list_vehicles()
     vehicles = [om.load_vehicle(name) for name in names]
+    replaced = ""
     if options.out is not None:
         check_own(options.out, COMPARISON_SCHEMA)
+        replaced = replaced_words(options.out / "results.json")
     with console.Progress("comparing") as progress:
         rows = compare(vehicles, progress=progress)
     where = "`--out DIR` writes the page with the figures."
@@ -54,10 +57,11 @@ def answer(options: argparse.Namespace) -> console.Answer:
     header = ["vehicle", "rotors", "servos", "kg", "radius", "sideways", "W/kg", "mm", "class"]
     text = console.table([_row(row) for row in rows], header=header, align="lrrrrrrrl")
     notes = (
-        "Radius and sideways force over the weight; hover power per kilogram; mean position error "
-        "in the common flight."
+        "Radius and sideways force over the weight, each servo at its own tilt; power to hover "
+        "level with all servos\nat one tilt, per kilogram; mean position error in the same flight."
     )
-    return console.Answer(text=f"{text}\n\n{notes}\n{where}", data=comparison_data(rows))
+    text = f"{text}\n\n{notes}\n{where}"
+    return console.Answer(text=text, data=comparison_data(rows), complaint=replaced)
 
 
 def _row(row: Compared) -> list[str]:

@@ -21,12 +21,13 @@ from omnimorph.errors import InputError, UnlikelyUnitWarning
 __all__ = [
     "Answer",
     "Progress",
+    "brief",
     "complain",
     "counted",
     "finish",
     "number",
     "table",
-    "warnings_told",
+    "printed_warnings",
     "write",
 ]
 
@@ -103,7 +104,7 @@ def finish() -> None:
 
 
 @contextmanager
-def warnings_told() -> Iterator[None]:
+def printed_warnings() -> Iterator[None]:
     """Print each warning of an unlikely unit on standard error, once and in one line."""
     told: set[str] = set()
 
@@ -148,6 +149,17 @@ def number(value: float | None, digits: int = 5) -> str:
     ('1764.3', '0.25', '—')
     """
     return "—" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def brief(value: float) -> str:
+    """Return a measured number to two digits, whole from 10 on, and never as 0 if it is not.
+
+    Examples
+    --------
+    >>> brief(1354.2), brief(5.34), brief(0.0312), brief(123.0)
+    ('1354', '5.3', '0.031', '123')
+    """
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"
 
 
 def counted(count: int, what: str) -> str:

@@ -43,6 +43,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Fit, write the page if one is wanted, and tell what came out."""
     import omnimorph as om
     from omnimorph.report.fit_data import fit_data, vehicle_lines
+    from omnimorph.results.folder import replaced_words
 
     expected: dict[str, Any] = {}
     if options.like is not None:
@@ -52,13 +53,15 @@ def answer(options: argparse.Namespace) -> console.Answer:
     bench = om.identification.read_bench(options.bench)
     fit = om.identification.fit_rotor(bench, **expected)
     where = "`--out DIR` writes the page with the figures."
+    replaced = ""
     if options.out is not None:
+        replaced = replaced_words(options.out / "results.json")
         where = f"The page: {_written(fit, options.out)}"
     warnings = [f"# {sentence}" for sentence in fit.warnings]
     heading = f"# {len(bench.lines)} rows of {options.bench}; torque over force "
     heading += f"{console.number(1e3 * fit.drag_to_thrust, 4)} mm"
     parts = ["\n".join([heading, *warnings]), vehicle_lines(fit), f"# {where}"]
-    return console.Answer(text="\n\n".join(parts), data=fit_data(fit))
+    return console.Answer(text="\n\n".join(parts), data=fit_data(fit), complaint=replaced)
 
 
 def _written(fit: RotorFit, out: Path) -> Path:

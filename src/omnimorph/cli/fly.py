@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
 from omnimorph.cli.page import add_page_arguments, announce, served
-from omnimorph.results.folder import check_folder, staged
+from omnimorph.results.folder import check_folder, replaced_words, staged
 
 if TYPE_CHECKING:
     from omnimorph import Run, Scenario
@@ -96,6 +96,7 @@ def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
     """Write a run and its metrics, and tell how it went."""
     import omnimorph as om
 
+    replaced = replaced_words(out / "run.nc", out / "metrics.json")
     with staged(out) as new:
         run.save(new / "run.nc")
         run.metrics.write_json(new / "metrics.json")
@@ -104,7 +105,7 @@ def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
         text=_as_text(scenario, run, out),
         data=_as_data(scenario, run, out),
         code=0 if completed else NOT_COMPLETED,
-        complaint=_complaint(scenario, run),
+        complaint=f"{_complaint(scenario, run)}\n{replaced}".strip(),
     )
 
 
@@ -143,8 +144,8 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
             "",
             console.table(_measures(run.metrics.as_dict()), align="lr"),
             "",
-            f"{run.time[-1]:g} s flown in {performance.wall_time:.2g} s: "
-            f"{performance.real_time_factor:.0f} times real time.",
+            f"{run.time[-1]:g} s flown in {console.brief(performance.wall_time)} s: "
+            f"{console.brief(performance.real_time_factor)} times real time.",
             f"Written to {out}: run.nc, metrics.json.",
         ]
     )

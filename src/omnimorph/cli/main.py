@@ -83,7 +83,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with interrupts.wait():
                 for module in command.NEEDS:
                     import_module(module)
-            with console.warnings_told():
+            with console.printed_warnings():
                 answer: console.Answer = command.answer(options)
         console.write(answer.as_json() if options.json else answer.text)
         if answer.complaint:

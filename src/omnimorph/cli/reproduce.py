@@ -45,11 +45,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write the report, and say where it is and how each claim stands."""
+    from omnimorph.results.folder import replaced_words
     from omnimorph.studies.reproduction import Plan, reproduce
 
     out: Path = options.out
     build = Plan.quickly if options.quick else Plan.whole
     plan = build(options.seed) if options.seeds is None else build(options.seed, options.seeds)
+    replaced = replaced_words(out / "results.json")
     with console.Progress("reproducing the paper:") as progress:
         report = reproduce(out, plan, progress)
     results = json.loads(Path(out, "results.json").read_text(encoding="utf-8"))
@@ -58,6 +60,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     return console.Answer(
         text=f"{console.table(rows, header=header, align='lrrrl')}\n\nThe report: {report}",
         data={"report": str(report)} | results,
+        complaint=replaced,
     )
 
 

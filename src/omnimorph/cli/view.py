@@ -15,6 +15,7 @@ from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
 from omnimorph.cli.page import add_page_arguments, announce, closing, served
 from omnimorph.design.input_files import is_folder
 from omnimorph.errors import InputError
+from omnimorph.results.folder import replaced_words
 
 if TYPE_CHECKING:
     from omnimorph.viewer.frames import Flight
@@ -74,7 +75,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--speed",
         type=number_at_least("--speed", _SLOWEST, f"a number from {_SLOWEST:g} on"),
-        default=1.0,
         metavar="X",
         help="how fast the video goes (default: 1, as it was flown)",
     )
@@ -112,6 +112,11 @@ def _check_together(options: argparse.Namespace) -> None:
         if getattr(options, option) is not None and all(runs) == (allowed == "a vehicle"):
             raise InputError(
                 f"the command line: --{option} goes with {allowed}, not with {options.what[0]}."
+            )
+    for option, needed in (("at", "snapshot"), ("speed", "video")):
+        if getattr(options, option) is not None and getattr(options, needed) is None:
+            raise InputError(
+                f"the command line: --{option} goes with --{needed}, which is not given."
             )
     for option, formats in (("snapshot", PICTURE_FORMATS), ("video", VIDEO_FORMATS)):
         path = getattr(options, option)
@@ -191,9 +196,11 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
     )
     from omnimorph.viewer.server import new_server
 
+    replaced = replaced_words(*filter(None, (options.snapshot, options.video)))
     duration = max(flight.duration for flight in flights)
+    speed = 1.0 if options.speed is None else options.speed
     if options.video:
-        check_length(options.video, _count(duration, options.speed), *_VIDEO)
+        check_length(options.video, _count(duration, speed), *_VIDEO)
     with closing(new_server()) as server:
         scene = FlightScene(server, flights)
         files: list[Path] = []
@@ -205,10 +212,20 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
                 files.append(options.snapshot)
             if options.video:
                 with console.Progress("drawing") as progress:
-                    pictures = _moments(scene, take, options.speed, progress)
+                    pictures = _moments(scene, take, speed, progress)
                     save_video(options.video, pictures, _PICTURES_A_SECOND)
                 files.append(options.video)
-    return _written(files)
+    ended = "" if options.snapshot is None else _ended_before(flights, options.at)
+    return _written(files, f"{ended}\n{replaced}".strip())
+
+
+def _ended_before(flights: list[Flight], at: float | None) -> str:
+    """Return which flights of a picture had ended before its moment; "" if none had."""
+    moment = 0.5 * max(flight.duration for flight in flights) if at is None else at
+    ended = [f"{one.name} at {one.duration:g} s" for one in flights if one.duration < moment]
+    if not ended:
+        return ""
+    return f"the picture is of {moment:g} s; it shows the last moment of {' and '.join(ended)}."
 
 
 def _moments(scene: Any, take: Any, speed: float, progress: console.Progress) -> Iterator[Any]:
@@ -231,14 +248,16 @@ def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> 
     from omnimorph.viewer.pictures import camera_in, save_picture, still
     from omnimorph.viewer.server import new_server
 
+    replaced = replaced_words(options.snapshot)
     scales, view = scales_of(vehicle), Design.of(vehicle, tilt).view()
     with closing(new_server()) as server:
         scene = DesignScene(server, view, scales)
         with camera_in(server) as take:
             save_picture(options.snapshot, still(take, *_PICTURE, *scene.camera))
-    return _written([options.snapshot])
+    return _written([options.snapshot], replaced)
 
 
-def _written(files: list[Path]) -> console.Answer:
+def _written(files: list[Path], complaint: str) -> console.Answer:
     names = [str(file) for file in files]
-    return console.Answer(f"Written: {', '.join(names)}.", {"files": names})
+    text = f"Written: {', '.join(names)}."
+    return console.Answer(text, {"files": names}, complaint=complaint)

@@ -104,10 +104,10 @@ class LivePage:
             now = time.monotonic()
             if self._is_running:
                 self._advance(min(now - before, 0.2))
-                if numbers.is_due(now):
-                    self._show_numbers()
-                if charts.is_due(now):
-                    self._show_charts()
+            if numbers.is_due(now):  # while it is paused, too: they may be behind what was flown
+                self._show_numbers()
+            if charts.is_due(now):
+                self._show_charts()
             before = now
 
     def _end_by_fault(self, error: Exception) -> None:

@@ -194,6 +194,7 @@ def _tilt_column(analysis: VehicleAnalysis, one: AtTilt, why: str) -> dict[str, 
         "radius at zero moment (N)": _radius(one.force_zero),
         "volume of the set at zero moment (N³)": _volume(one.force_zero),
         "largest lift straight up at zero moment (N)": number(one.force_zero.reach([0, 0, 1])),
+        "share of all attitudes it can hover in": one.attitudes.words,
         "power to hover level (W)": number(power.power) if power.feasible else cannot,
         "the same in the OmniMorph paper's count": number(power.power_paper)
         if power.feasible

@@ -41,7 +41,7 @@ def description(analysis: VehicleAnalysis) -> str:
     if vehicle.n_servos:
         least, most = analysis.limits
         reach = f"from {degrees(least)} to {degrees(most)}" if most > least else degrees(least)
-        servos += f" (tilt {reach}{', common to all' if vehicle.n_servos > 1 else ''})"
+        servos += f" (tilt {reach}{', which all reach' if vehicle.n_servos > 1 else ''})"
     each = "its rotor gives" if vehicle.n_rotors == 1 else "each rotor gives"
     return _unbroken(
         f"It has {count_words(vehicle.n_rotors, 'rotor')} and {servos}. It weighs "

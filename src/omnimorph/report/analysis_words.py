@@ -85,7 +85,7 @@ def judged_words(found: Platform) -> str:
         return ""
     return (
         f"This analysis judges all {found.n_servos} servos at one common tilt, or at the tilts "
-        "asked for. With a tilt of its own for each servo, as `omnimorph compare` judges it: "
+        "asked for. With a tilt of its own for each servo, as omnimorph compare judges it: "
         f"{over_all_tilts_words(found)}."
     )
 

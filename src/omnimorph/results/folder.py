@@ -11,7 +11,7 @@ from omnimorph.errors import InputError
 from omnimorph.machine.signals import held_back
 from omnimorph.results.temporary import temporary_in
 
-__all__ = ["check_folder", "staged"]
+__all__ = ["check_folder", "replaced_words", "staged"]
 
 
 def check_folder(out: Path) -> None:
@@ -28,6 +28,21 @@ def check_folder(out: Path) -> None:
             raise InputError(f"{out}: cannot be written to, because {nearest} is not a folder.")
         if not os.access(nearest, os.W_OK | os.X_OK):
             raise InputError(f"{out}: cannot be written to, because {nearest} is read-only.")
+
+
+def replaced_words(*paths: Path) -> str:
+    """Return, before files are written, which of them are there already; "" if none is.
+
+    Every command that writes results says so on standard error: results replace older ones of
+    their names.
+
+    Examples
+    --------
+    >>> replaced_words(Path("no-such-folder", "run.nc"))
+    ''
+    """
+    older = [str(path) for path in paths if path.is_file()]
+    return f"replaced what was there: {', '.join(older)}." if older else ""
 
 
 @contextmanager

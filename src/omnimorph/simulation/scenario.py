@@ -159,7 +159,24 @@ class Scenario:
         else:
             gains, allocator = self.gains, self.allocator
             check_it_can_fly(vehicle)
-        return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
+        try:
+            return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
+        except ScenarioError as refused:
+            if refused.key != "controller.allocator":
+                raise
+            raise self._other_controller_needed(refused) from None
+
+    def _other_controller_needed(self, refused: ScenarioError) -> ScenarioError:
+        """Return the refusal of another vehicle in the words of who only names that vehicle."""
+        return ScenarioError(
+            f"scenario {self.name}: its {refused.key} {self.allocator.kind} does not fit "
+            f"{refused.file}; fly tour, or another scenario with [controller] proposed = true, "
+            f"which takes the controller from the vehicle, or write one with {refused.allowed}.",
+            file=self.name,
+            key=refused.key,
+            value=self.allocator.kind,
+            allowed=refused.allowed,
+        )
 
     def build_controller(self) -> PoseController:
         """Return the scenario's controller, to be stepped from Python."""

@@ -31,8 +31,15 @@ _SHADES = (
     colours.GREY,
 )
 _DASHES: tuple[list[int], ...] = ([], [6, 4])
+_FITTED = {"min": {"pad": 0.0, "soft": 0.0, "mode": 1}, "max": {"pad": 0.04}}  # from 0 or below
 _LIMIT = {"stroke": colours.css(colours.GREY), "dash": [2, 4], "width": 1}
-_NOW = {"stroke": colours.css(colours.INK), "width": 1.5, "label": "now", "points": {"show": False}}
+_NOW = {
+    "stroke": colours.css(colours.INK),
+    "width": 1.5,
+    "label": "now",
+    "points": {"show": False},
+    "auto": False,  # it is as high as the axis, so the axis must not ask it
+}
 
 
 class Curve(NamedTuple):
@@ -132,12 +139,15 @@ class Charts:
 
 
 class _Plot:
-    """One uPlot; its last curve is a vertical line at the time shown."""
+    """One uPlot; its last curve is a vertical line at the time shown, as high as the axis.
+
+    The axis fits what is drawn by itself: a plot whose scales are set anew is built anew in the
+    browser, and then keeps to the times that it had shown before.
+    """
 
     _span: tuple[float, float]
 
     def __init__(self, server: Any, chart: Chart) -> None:
-        self._handle: Any = None
         self.take(chart)
         series = [
             {},
@@ -149,7 +159,7 @@ class _Plot:
             data=self._data(0.0),
             series=tuple(series),
             title=chart.title,
-            scales={"x": {"time": False}, "y": {"range": self._span}},
+            scales={"x": {"time": False}, "y": {"range": _FITTED}},
             axes=({"size": 26, "space": 44}, {"size": 48, "space": 26}),
             legend={"show": False},
             cursor={"sync": {"key": "omnimorph"}},
@@ -165,10 +175,7 @@ class _Plot:
         finite = self._values[np.isfinite(self._values)]
         low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
         low, high = min(low, 0.0), high if high > low else low + 1.0
-        span = (low, high + 0.04 * (high - low))
-        if self._handle is not None and span != self._span:
-            self._handle.scales = {"x": {"time": False}, "y": {"range": span}}
-        self._span = span
+        self._span = (low, high + 0.04 * (high - low))
 
     def show_time(self, time: float) -> None:
         self._handle.data = self._data(time)

@@ -215,7 +215,7 @@ def _class_rows(view: View) -> list[Row]:
         Row("class", "class, each servo at its own tilt", "", [str(found.vehicle_class)]),
         Row("free-radius", "radius over weight, likewise", "", [shown_number(radius, 3)]),
         Row("free-lateral", "sideways over weight, likewise", "", [shown_number(lateral, 3)]),
-        Row("kind", "from here on at the tilts set: class", "", [at_tilt]),
+        Row("kind", "class at the tilts set, as all below", "", [at_tilt]),
     ]
 
 

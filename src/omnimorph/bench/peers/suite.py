@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
+from contextlib import ExitStack, chdir, contextmanager
 from functools import partial
 from multiprocessing import get_context
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from omnimorph.bench.provenance import provenance_of_machine
 from omnimorph.machine.children import end_with
 from omnimorph.protocols import FloatArray
 
-__all__ = ["measure_peers"]
+__all__ = ["away", "measure_peers"]
 
 _SIMULATORS: dict[str, Callable[[q.Loop], q.Timed]] = {
     "omnimorph": q.ours,
@@ -69,21 +70,15 @@ def measure_peers(
 
     # Crazyflow wants this before SciPy is imported, which it is in the processes begun below.
     os.environ.setdefault("SCIPY_ARRAY_API", "1")
-    with quiet():
-        notes += what_peers_cannot_run()
-    tell()
     solved: dict[str, list[Answers]] = {}
     timed: dict[tuple[str, q.Loop], list[q.Timed]] = {}
     omnimorphs: list[float] = []
     problems = recorded_problems()
     exact = exact_answers(problems)
-    with ExitStack() as stack:
-        # A process each, kept for all rounds: they differ in what they need of one another's
-        # libraries, and their threads rest while others run.
-        spawn, ends = get_context("spawn"), (end_with, (os.getpid(),))
-        pools = {
-            name: stack.enter_context(ProcessPoolExecutor(1, spawn, *ends)) for name in _SIMULATORS
-        }
+    with away(_SIMULATORS) as pools:
+        with quiet():
+            notes += what_peers_cannot_run()
+        tell()
         for _ in range(rounds):
             for name, (_, make) in SOLVERS.items():
                 with quiet():  # qpOASES introduces itself
@@ -101,6 +96,25 @@ def measure_peers(
     rows = [*_solver_rows(solved), *_simulator_rows(timed), *_ratio_rows(timed, omnimorphs)]
     unique = tuple(dict.fromkeys(notes))
     return BenchReport(measurements=rows, provenance=provenance_of_machine(_PEERS), notes=unique)
+
+
+@contextmanager
+def away(names: Iterable[str]) -> Iterator[dict[str, ProcessPoolExecutor]]:
+    """Work in a folder that is removed afterwards; give a process there for each name.
+
+    Some peers leave a log where they are run. The processes are kept for all rounds: peers differ
+    in what they need of one another's libraries, and their threads rest while others run.
+    """
+    spawn = get_context("spawn")
+    with TemporaryDirectory() as folder, chdir(folder), ExitStack() as stack:
+        begin = (_begin, (os.getpid(), folder))
+        yield {name: stack.enter_context(ProcessPoolExecutor(1, spawn, *begin)) for name in names}
+
+
+def _begin(parent: int, folder: str) -> None:
+    """Begin a process of `away`: a spawned one starts where the user stands."""
+    end_with(parent)
+    os.chdir(folder)
 
 
 def _solved_by(

@@ -79,9 +79,7 @@ class MeasurementNoise(Effect):
         """Set deviations and filters."""
         cutoff = np.zeros(4)
         if self.filtered:
-            cutoff = own_numbers(
-                plant, self.kind, "[filter] of the vehicle", plant.vehicle.filter_cutoff
-            )
+            cutoff = own_numbers(plant, self.kind, "filter_cutoff")
         plant.settings.add_measurement_noise(self.deviation, cutoff, plant.control_period)
 
 

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import ClassVar, NamedTuple
 
 from omnimorph import _core
+from omnimorph.design.keys import FILE_KEYS
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import MISSING, ScenarioError
+from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
 __all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "own_numbers"]
@@ -32,17 +33,31 @@ class PlantBuild(NamedTuple):
     step: float
 
 
-def own_numbers(plant: PlantBuild, kind: str, key: str, values: FloatArray) -> FloatArray:
+def own_numbers(plant: PlantBuild, kind: str, field: str, key: str = "") -> FloatArray:
     """Return the vehicle's own numbers for an effect.
+
+    Parameters
+    ----------
+    plant : PlantBuild
+        With the vehicle.
+    kind : str
+        Of the effect.
+    field : str
+        Of the vehicle.
+    key : str
+        Of the effect, by which it may have numbers of its own; "" if it cannot.
 
     Raises
     ------
     ScenarioError
         If all of them are zero, so that the effect would do nothing.
     """
+    values: FloatArray = getattr(plant.vehicle, field)
     if values.size and not (values > 0.0).any():
-        allowed = f"given, because vehicle {plant.vehicle.name} has no such number of its own"
-        raise ScenarioError.at(kind, key, MISSING, allowed)
+        allowed = f"positive, because the plant's effect {kind} takes it from the vehicle"
+        allowed += f"; or give the effect {key} of its own" if key else ""
+        place = f"vehicle {plant.vehicle.name}"
+        raise ScenarioError.at(place, FILE_KEYS[field], 0, allowed)
     return values
 
 

@@ -45,7 +45,7 @@ class RotorLag(Effect):
         """Set both time constants of every rotor."""
         vehicle, n = plant.vehicle, plant.vehicle.n_rotors
         if self.up is None:
-            up = own_numbers(plant, self.kind, "up_ms", vehicle.time_constant_up)
+            up = own_numbers(plant, self.kind, "time_constant_up", "up_ms")
             down = vehicle.time_constant_down if self.down is None else np.full(n, self.down)
         else:
             up = np.full(n, self.up)
@@ -104,7 +104,7 @@ class DeadBand(Effect):
     def add_to(self, plant: PlantBuild) -> None:
         """Set the band of every rotor."""
         if self.smallest is None:
-            band = own_numbers(plant, self.kind, "smallest_Hz", plant.vehicle.dead_band)
+            band = own_numbers(plant, self.kind, "dead_band", "smallest_Hz")
         else:
             band = np.full(plant.vehicle.n_rotors, self.smallest)
         fastest = np.maximum(np.abs(plant.vehicle.speed_min), plant.vehicle.speed_max)
@@ -178,7 +178,5 @@ class RotorMomentum(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Switch it on."""
-        own_numbers(
-            plant, self.kind, "spin_inertia_kg_m2 of the vehicle", plant.vehicle.spin_inertia
-        )
+        own_numbers(plant, self.kind, "spin_inertia")
         plant.settings.add_rotor_momentum()

@@ -24,8 +24,7 @@ class ServoLag(Effect):
     def add_to(self, plant: PlantBuild) -> None:
         """Set the time constant of every servo."""
         if self.time_constant is None:
-            own = plant.vehicle.servo_time_constant
-            tau = own_numbers(plant, self.kind, "time_constant_ms", own)
+            tau = own_numbers(plant, self.kind, "servo_time_constant", "time_constant_ms")
         else:
             tau = np.full(plant.vehicle.n_servos, self.time_constant)
         plant.settings.add_servo_lag(tau)

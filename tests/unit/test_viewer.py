@@ -82,11 +82,11 @@ def test_numbers_are_exact_to_their_last_digit(flight: Flight) -> None:
 def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
     calm = flight.frame(500)._replace(active=np.zeros(8), missed_W=np.zeros(3))
     assert "limit" not in notices([flight], [calm])
-    assert "missed" not in notices([flight], [calm])
+    assert "not achieved" not in notices([flight], [calm])
     busy = calm._replace(active=np.array([0, 0, 1, 0, -1, 0, 0, 0.0]), missed_W=2.0 * np.ones(3))
     said = notices([flight], [busy])
     assert "rotor 2, 4" in said
-    assert "force missed: 3.46 N" in said
+    assert "force not achieved: 3.46 N" in said
 
 
 def test_playback_stops_at_the_end_and_starts_again() -> None:
@@ -127,7 +127,7 @@ def test_plots_show_errors_tilt_speeds_with_limits_and_power(flight: Flight) -> 
     assert len(speeds.curves) == 8
     fastest = OMNIMORPH.speed_max[0] / (2 * np.pi)
     np.testing.assert_allclose(speeds.limits, [-fastest, fastest])
-    assert charts[-1].title == "power against drag, W"
+    assert charts[-1].title == "rotor drag power, W"
     assert COLUMNS > 0
 
 

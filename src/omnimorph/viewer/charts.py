@@ -92,7 +92,7 @@ def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     rotors = _key([str(i) for i in range(max(f.vehicle.n_rotors for f in flights))])
     charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), rotors))
     power = _one_each(flights, lambda f: f.run.drag_power)
-    return [*charts, Chart("power against drag, W", power, (), whose)]
+    return [*charts, Chart("rotor drag power, W", power, (), whose)]
 
 
 def add_plots(server: Any, flights: Sequence[Flight]) -> Charts:

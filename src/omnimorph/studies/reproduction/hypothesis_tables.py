@@ -11,16 +11,21 @@ from omnimorph.studies.reproduction.words import mean_words
 
 __all__ = ["hypothesis_table", "objection_table"]
 
-_SHORT = dict(zip(CASES, ("A", "B", "B, W3 × 10"), strict=True))
+_SHORT = dict(zip(CASES, ("A", "B", "W3 × 10"), strict=True))
 
 
 def hypothesis_table(hypotheses: Sequence[Hypothesis]) -> Table:
     """Return the paper's six mean errors under every hypothesis, and how many come out."""
     claims = list(error_claims())
-    rows = [["the paper", *(number(claim.value or 0.0, 3) for claim in claims), "", ""]]
+    factor = {claim.key: 1.0 if claim.unit == "mm" else 1e3 for claim in claims}
+    rows = [
+        ["the paper", *(number(factor[one.key] * (one.value or 0.0), 3) for one in claims), "", ""]
+    ]
     for one in hypotheses:
         means = [
-            mean_words(one.spread(claim.about["scenario"], claim.about["metric"]))
+            mean_words(
+                one.spread(claim.about["scenario"], claim.about["metric"]), factor[claim.key]
+            )
             for claim in claims
         ]
         standing = "as stated" if one.verdict is None else one.verdict.value
@@ -28,11 +33,11 @@ def hypothesis_table(hypotheses: Sequence[Hypothesis]) -> Table:
     head = [
         "",
         *(f"{_SHORT[name]} (mm)" for name in CASES),
-        *(f"‖e_R‖, {_SHORT[name]}" for name in CASES),
+        *(f"‖e_R‖, {_SHORT[name]} (10⁻³)" for name in CASES),
         f"within {100 * NEAR:g} %",
         "verdict",
     ]
-    caption = "Mean position errors and mean ‖e_R‖, with half of their 95 % intervals."
+    caption = "Mean position errors and mean ‖e_R‖ of three flights, with half of a 95 % interval."
     return Table(caption, head, rows, frozenset(range(1, 8)))
 
 

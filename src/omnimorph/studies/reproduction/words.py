@@ -47,23 +47,24 @@ def spread_words(spread: Spread, factor: float = 1.0) -> str:
     return text.replace("-", "−")
 
 
-def mean_words(spread: Spread) -> str:
+def mean_words(spread: Spread, factor: float = 1.0) -> str:
     """Return a mean with half of its 95 % interval, rounded up, to four digits at most.
 
     Examples
     --------
     >>> mean_words(Spread(10.852, 10.80, 10.91, 0.0131, 20, 20))
     '10.85 ± 0.02'
-    >>> mean_words(Spread(0.050394, 0.05, 0.051, 5.2e-6, 20, 20))
-    '0.05039 ± 0.00001'
+    >>> mean_words(Spread(0.050394, 0.05, 0.051, 5.2e-6, 20, 20), 1e3)
+    '50.39 ± 0.01'
     """
     if spread.completed == 0:
         return f"none of {spread.flights}"
-    if not spread.half_width > 0.0:
-        return number(spread.mean, 3)
-    decimals = min(_decimals(spread.half_width), _decimals(spread.mean) + 3)
-    half_width = math.ceil(spread.half_width * 10**decimals) / 10**decimals
-    text = f"{spread.mean:.{decimals}f} ± {half_width:.{decimals}f}"
+    mean, half_width = factor * spread.mean, factor * spread.half_width
+    if not half_width > 0.0:
+        return number(mean, 3)
+    decimals = min(_decimals(half_width), max(3 - math.floor(math.log10(mean)), 0))
+    half_width = math.ceil(half_width * 10**decimals) / 10**decimals
+    text = f"{mean:.{decimals}f} ± {half_width:.{decimals}f}"
     if spread.completed < spread.flights:
         text += f", {spread.completed} of {spread.flights}"
     return text.replace("-", "−")

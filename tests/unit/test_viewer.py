@@ -12,6 +12,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph.errors import InputError, VehicleError
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.charts import COLUMNS, _on_common_times, charts_of
@@ -135,6 +136,22 @@ def test_two_flights_share_their_plots(flight: Flight) -> None:
     other = Flight(om.fly(om.load_scenario("tour").for_vehicle(om.load_vehicle("tilt-hex"))), "b")
     charts = charts_of([flight, other])
     assert [len(chart.curves) for chart in charts] == [2, 2, 1, 8 + 6, 2]
+    speeds = [word for word, _ in charts[3].key]
+    assert speeds == [*"01234567", f"solid: {flight.name}", "dashed: b", "dotted: limits"]
+
+
+def test_colours_of_several_servos_mean_the_same_in_both_flights() -> None:
+    """A colour is a servo, whichever flight; whose it is, the line says."""
+    scenario = om.load_scenario("tour").for_vehicle(om.load_vehicle("tilting-quad"))
+    reference = SegmentReference((0, 0, 0), np.eye(3), [Segment(0.1)])
+    run = om.fly(replace(scenario, reference=reference))
+    tilts = charts_of([Flight(run, "a"), Flight(run, "b")])[2]
+    key = dict(tilts.key)
+    for curve in tilts.curves:
+        servo = curve.label.split(" ", 1)[1]
+        assert curve.look["stroke"] == colours.css(key[servo])
+        assert ("dash" in curve.look) == curve.label.startswith("b")
+    assert {"solid: a", "dashed: b"} <= key.keys()
 
 
 def test_flights_with_other_steps_and_ends_are_drawn_at_their_own_times(flight: Flight) -> None:

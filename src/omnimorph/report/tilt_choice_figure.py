@@ -162,7 +162,7 @@ def energy_by_choice(
 
 
 def _by_value(numbers: Mapping[str, float]) -> dict[float, list[str]]:
-    """Return the names that each number has; numbers that are the same to rounding are one."""
+    """Return the names that each number has; numbers identical to rounding are one."""
     found: dict[float, list[str]] = {}
     for name, value in numbers.items():
         same = next((one for one in found if math.isclose(one, value, rel_tol=1e-9)), value)

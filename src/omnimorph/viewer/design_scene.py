@@ -63,8 +63,8 @@ class DesignScene:
         self._solid = self._built(view.vehicle)
         self._forces = _Solid(self._scene, "/forces", _FORCES, colours.SKY)
         self._moments = _Solid(self._scene, "/moments", _MOMENTS, colours.PURPLE)
-        self._weight = self._ball("/weight", colours.ORANGE, 0.4)
-        self._inside = self._ball("/inscribed", colours.GREEN, 0.45)
+        self._weight = self._sphere("/weight", colours.ORANGE, 0.4)
+        self._inside = self._sphere("/inscribed", colours.GREEN, 0.45)
         self._witness: Any = None
         self._tiles = self._sphere_of_tiles()
         for name, place in (("/axes-forces", _FORCES), ("/axes-moments", _MOMENTS)):
@@ -120,19 +120,19 @@ class DesignScene:
         self._tiles.batched_colors = colours.of_instances(shades)
 
     def _write_captions(self, view: View) -> None:
-        tilt = ", ".join(f"{angle:.1f}" for angle in np.degrees(view.tilt))
+        angles = [f"{angle:.1f}°" for angle in sorted(np.degrees(view.tilt))]
+        tilt = " to ".join(dict.fromkeys([*angles[:1], *angles[-1:]]))  # of several, the range
         radius = 0.0 if view.sphere is None else view.sphere.radius
         words = [
-            f"{view.vehicle.name}, tilt {tilt}°" if tilt else view.vehicle.name,
-            f"forces: inscribed sphere {shown_number(radius)} N, "
-            f"weight {shown_number(view.weight)} N",
+            f"{view.vehicle.name}, tilt {tilt}" if tilt else view.vehicle.name,
+            f"forces: inscribed sphere {shown_number(radius)} N",
             f"moments: inscribed sphere {shown_number(view.moments.inscribed_radius)} N m",
             "hover power by attitude",
         ]
         for caption, text in zip(self._captions, words, strict=True):
             caption.text = text
 
-    def _ball(self, name: str, colour: Any, opacity: float) -> Any:
+    def _sphere(self, name: str, colour: Any, opacity: float) -> Any:
         mesh = sphere(1.0, rings=20)
         return self._scene.add_mesh_simple(
             name,

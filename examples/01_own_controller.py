@@ -46,7 +46,7 @@ def main() -> None:
         print(f"{name}: {run.outcome.value}")
         print(f"  position error {m.position_error_mean_m * 1e3:.2f} mm on average")
         share = f"{m.saturated_share:.1%} of the time at a limit"
-        print(f"  {m.drag_energy_J:.0f} J against drag, {share}")
+        print(f"  {m.drag_energy_J:.0f} J of rotor drag, {share}")
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ class OmnimorphError(Exception):
 
 
 class InputError(OmnimorphError):
-    """The user's mistake, told in one sentence.
+    """The user's mistake, stated in one sentence.
 
     Parameters
     ----------

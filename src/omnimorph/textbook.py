@@ -1,4 +1,4 @@
-"""The paper's control loop, line by line, in NumPy and DAQP: slow, readable, the core's oracle.
+"""The paper's control loop, line by line, in NumPy and DAQP: slow, readable; tests the core.
 
 Read it beside the section "Control" of Aboudorra et al., "Modelling, Analysis, and Control of
 OmniMorph", JIRS 2024, doi 10.1007/s10846-024-02054-x. A control step asks three questions:

@@ -183,7 +183,7 @@ def test_sections_against_linear_programs(seed: int) -> None:
 def test_on_the_boundary_some_thrust_is_at_its_limit(degrees: float) -> None:
     """The least slack of any thrusts that make the force where the ball touches is zero."""
     tilt = math.radians(degrees)
-    radius, direction = force_set(OMNIMORPH, tilt, zero_moment=True).ball()
+    radius, direction = force_set(OMNIMORPH, tilt, zero_moment=True).inscribed_sphere()
     A = np.column_stack([om.allocation_matrix(OMNIMORPH, tilt), np.zeros(6)])
     wrench = np.concatenate([radius * direction, np.zeros(3)])
     upper = np.column_stack([np.eye(8), np.ones(8)])
@@ -236,7 +236,7 @@ def test_a_rod_a_plate_and_thin_solids() -> None:
         assert not rod.contains([0.0, 1e-3, 40.0])
         plate = force_set(OMNIMORPH, math.pi / 2, zero_moment=zero_moment, beyond_limits=True)
         assert (plate.dimension, plate.inscribed_radius, plate.volume) == (2, 0.0, 0.0)
-        assert np.allclose(np.abs(plate.ball().direction), [0.0, 0.0, 1.0])
+        assert np.allclose(np.abs(plate.inscribed_sphere().direction), [0.0, 0.0, 1.0])
         assert plate.reach([0.0, 0.0, 1.0]) == 0.0
     for tilt in (1e-3, 1e-6):
         thin = force_set(OMNIMORPH, tilt, zero_moment=False)

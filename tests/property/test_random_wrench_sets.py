@@ -249,7 +249,7 @@ def test_what_thrusts_make_is_inside_and_what_is_beyond_is_not(vehicle: Vehicle,
 @settings(max_examples=40)
 def test_where_the_ball_touches_some_rotor_is_at_its_limit(vehicle: Vehicle) -> None:
     """All thrusts that make that force have one: there is no slack to share out."""
-    radius, direction = force_set(vehicle, 0.0, zero_moment=True).ball()
+    radius, direction = force_set(vehicle, 0.0, zero_moment=True).inscribed_sphere()
     if radius > 0.0:
         slack = Programs(vehicle, 0.0, TORQUE, np.zeros(3)).least_slack(radius * direction)
         assert slack == pytest.approx(0.0, abs=1e-9)
@@ -258,7 +258,7 @@ def test_where_the_ball_touches_some_rotor_is_at_its_limit(vehicle: Vehicle) -> 
 @pytest.mark.parametrize("degrees", [20.0, 45.0, 60.0, 70.0])
 def test_where_the_ball_of_omnimorph_touches(degrees: float) -> None:
     tilt = math.radians(degrees)
-    radius, direction = force_set(OMNIMORPH, tilt, zero_moment=True).ball()
+    radius, direction = force_set(OMNIMORPH, tilt, zero_moment=True).inscribed_sphere()
     programs = Programs(OMNIMORPH, tilt, TORQUE, np.zeros(3))
     assert programs.least_slack(radius * direction) == pytest.approx(0.0, abs=1e-9)
     assert programs.least_slack(0.999 * radius * direction) > 1e-4

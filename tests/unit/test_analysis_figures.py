@@ -26,7 +26,7 @@ from omnimorph.analysis.polytope import Polytope
 from omnimorph.protocols import FloatArray
 from omnimorph.report import analysis_figures, attitude_figures, attitudes, style
 from omnimorph.report.polytope_drawing import (
-    BallLook,
+    SphereLook,
     draw_polytope,
     nice_length,
     picture_panel,
@@ -55,9 +55,9 @@ def drawn(polytope: Polytope, radii: tuple[float, ...] = ()) -> Axes:
     figure = style.new_figure(3.0, 0)[0]
     figure.set_layout_engine(None)
     panel = picture_panel(figure, 0.0, 0.0, 3.0, 3.0)
-    balls = [BallLook(radius, style.BLACK, filled=True) for radius in radii]
+    spheres = [SphereLook(radius, style.BLACK, filled=True) for radius in radii]
     stage = stage_for([polytope], radii, "N")
-    draw_polytope(panel, polytope, stage, colour=style.BLUE, balls=balls)
+    draw_polytope(panel, polytope, stage, colour=style.BLUE, spheres=spheres)
     return panel
 
 

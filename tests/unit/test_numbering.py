@@ -72,7 +72,7 @@ def test_the_rotor_that_is_named_is_cut() -> None:
             assert shown["rotor"]["props"]["options"] == [f"rotor {i}" for i in NUMBERS]
             visitor.set(shown["rotor"]["uuid"], "rotor 2")
             visitor.set(shown["Cut its thrust"]["uuid"], True)
-            wait_until(lambda: page.flight.told.get("events"))
+            wait_until(lambda: page.flight.notes.get("events"))
         page.pilot.advance(0.1)
         page.show()
         assert "without thrust: rotor 2<" in page._done_to_it()

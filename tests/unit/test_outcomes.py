@@ -127,7 +127,7 @@ def test_a_short_flight_is_judged_as_a_whole() -> None:
     rows = 301
     turned = turns_about([1.0, 0.0, 0.0], [math.radians(45.0)] * rows)
     run = resting_run(rows, R_WB=turned)
-    assert run.outcome_sentence.endswith("it was 45° from the reference all the way.")
+    assert run.outcome_sentence.endswith("it was 45° from the reference throughout the flight.")
 
 
 def test_a_position_that_was_not_followed_is_told() -> None:

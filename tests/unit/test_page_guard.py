@@ -268,10 +268,10 @@ def test_200_malformed_messages_have_no_effect(
         wait_until(lambda: server.guard.dropped >= count)
         assert state_of(server) == before
         visitor.set(control(server, "Cut its thrust")._impl.uuid, True)
-        wait_until(lambda: page.flight.told)
+        wait_until(lambda: page.flight.notes)
         visitor.set(control(server, "pace")._impl.uuid, "half")
         wait_until(lambda: control(server, "pace").value == "half")
-    assert [event["kind"] for event in page.flight.told["events"]] == ["effectiveness"]
+    assert [event["kind"] for event in page.flight.notes["events"]] == ["effectiveness"]
     assert server.guard.dropped == count
     assert faults == []
     assert capfd.readouterr() == ("", "")

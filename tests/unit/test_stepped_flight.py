@@ -113,7 +113,7 @@ def test_a_push_moves_it_as_its_impulse_says() -> None:
 def test_what_was_done_is_told_in_the_provenance() -> None:
     flight = flown(SteppedFlight(HOVER), until=0.1)
     flight.set_effectiveness(np.full(N, 0.9))
-    flight.tell("push", force_N=[1.0, 0.0, 0.0], duration_s=0.2)
+    flight.note("push", force_N=[1.0, 0.0, 0.0], duration_s=0.2)
     events = json.loads(flown(flight).as_run().provenance.scenario_text)["events"]
     assert [event["kind"] for event in events] == ["effectiveness", "push"]
     assert events[0]["time_s"] == pytest.approx(0.1)

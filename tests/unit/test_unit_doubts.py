@@ -202,7 +202,7 @@ def test_the_command_line_says_it_once_and_goes_on(
 
 
 def test_a_file_that_is_read_twice_is_questioned_once(capsys: pytest.CaptureFixture[str]) -> None:
-    with console.warnings_told():
+    with console.printed_warnings():
         parse_vehicle(QUADROTOR, "nano.toml")
         parse_vehicle(QUADROTOR, "nano.toml")
         parse_vehicle(QUADROTOR, "other.toml")

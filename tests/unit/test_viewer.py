@@ -12,6 +12,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph.errors import InputError, VehicleError
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.charts import COLUMNS, _on_common_times, charts_of
@@ -82,11 +83,11 @@ def test_numbers_are_exact_to_their_last_digit(flight: Flight) -> None:
 def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
     calm = flight.frame(500)._replace(active=np.zeros(8), missed_W=np.zeros(3))
     assert "limit" not in notices([flight], [calm])
-    assert "missed" not in notices([flight], [calm])
+    assert "not achieved" not in notices([flight], [calm])
     busy = calm._replace(active=np.array([0, 0, 1, 0, -1, 0, 0, 0.0]), missed_W=2.0 * np.ones(3))
     said = notices([flight], [busy])
     assert "rotor 2, 4" in said
-    assert "force missed: 3.46 N" in said
+    assert "force not achieved: 3.46 N" in said
 
 
 def test_playback_stops_at_the_end_and_starts_again() -> None:
@@ -127,7 +128,7 @@ def test_plots_show_errors_tilt_speeds_with_limits_and_power(flight: Flight) -> 
     assert len(speeds.curves) == 8
     fastest = OMNIMORPH.speed_max[0] / (2 * np.pi)
     np.testing.assert_allclose(speeds.limits, [-fastest, fastest])
-    assert charts[-1].title == "power against drag, W"
+    assert charts[-1].title == "rotor drag power, W"
     assert COLUMNS > 0
 
 
@@ -135,6 +136,22 @@ def test_two_flights_share_their_plots(flight: Flight) -> None:
     other = Flight(om.fly(om.load_scenario("tour").for_vehicle(om.load_vehicle("tilt-hex"))), "b")
     charts = charts_of([flight, other])
     assert [len(chart.curves) for chart in charts] == [2, 2, 1, 8 + 6, 2]
+    speeds = [word for word, _ in charts[3].key]
+    assert speeds == [*"01234567", f"solid: {flight.name}", "dashed: b", "dotted: limits"]
+
+
+def test_colours_of_several_servos_mean_the_same_in_both_flights() -> None:
+    """A colour is a servo, whichever flight; whose it is, the line says."""
+    scenario = om.load_scenario("tour").for_vehicle(om.load_vehicle("tilting-quad"))
+    reference = SegmentReference((0, 0, 0), np.eye(3), [Segment(0.1)])
+    run = om.fly(replace(scenario, reference=reference))
+    tilts = charts_of([Flight(run, "a"), Flight(run, "b")])[2]
+    key = dict(tilts.key)
+    for curve in tilts.curves:
+        servo = curve.label.split(" ", 1)[1]
+        assert curve.look["stroke"] == colours.css(key[servo])
+        assert ("dash" in curve.look) == curve.label.startswith("b")
+    assert {"solid: a", "dashed: b"} <= key.keys()
 
 
 def test_flights_with_other_steps_and_ends_are_drawn_at_their_own_times(flight: Flight) -> None:

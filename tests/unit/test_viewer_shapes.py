@@ -40,7 +40,7 @@ def test_a_rod_is_a_closed_cylinder() -> None:
 
 
 def test_a_ball_is_a_ball() -> None:
-    ball = shapes.ball(2.0, (1.0, 0.0, 0.0), rings=60)
+    ball = shapes.sphere(2.0, (1.0, 0.0, 0.0), rings=60)
     assert is_closed(ball)
     assert volume(ball) == pytest.approx(4 / 3 * np.pi * 8.0, rel=2e-3)
     np.testing.assert_allclose(np.linalg.norm(ball.vertices - (1.0, 0.0, 0.0), axis=1), 2.0)

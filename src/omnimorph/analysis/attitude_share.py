@@ -2,8 +2,8 @@
 
 The weight, seen from the body, is a point of a sphere; where the zero-moment force set holds it,
 the vehicle can hover. A set with an interior cuts out an area, whose share is counted on points
-spread evenly over the sphere. A flat set meets the sphere in single points or in a curve: these
-have no area, whatever a grid that happens to hold one of them would count.
+spread evenly over the sphere. A degenerate set (line, plane) meets the sphere in single points or
+in a curve: these have no area, whatever a grid that happens to hold one of them would count.
 """
 
 from __future__ import annotations
@@ -78,9 +78,9 @@ _DIRECTIONS = sphere_directions(_SAMPLED)
 
 
 def single_attitudes(vehicle: Vehicle, one: Polytope) -> FloatArray:
-    """Return the attitudes, (D, 3), in which a flat set of forces holds the weight.
+    """Return the attitudes, (D, 3), in which a degenerate set of forces holds the weight.
 
-    Up to two for a rod; for a plate the points of a circle half a degree apart.
+    Up to two for a line; for a plane the points of a circle half a degree apart.
     """
     weight = vehicle.mass * GRAVITY
     if one.dimension not in (1, 2):

@@ -1,6 +1,6 @@
 """The facets and corners of a convex set of halfspaces, and a point inside it.
 
-Everything here is in the coordinates of the flat in which the set has an interior.
+Everything here is in the coordinates of the affine subspace in which the set has an interior.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Facets(NamedTuple):
 def deepest_point(
     rows: FloatArray, bounds: FloatArray, size: float
 ) -> tuple[FloatArray, float, NDArray[np.int64]]:
-    """Find the centre of a largest ball inside a set of about this size.
+    """Find the centre of an inscribed sphere of a set of about this size.
 
     Returns
     -------
@@ -71,7 +71,8 @@ def middle_point(rows: FloatArray, bounds: FloatArray) -> FloatArray:
     """Return a point well inside a set in every direction, however thin the set; zero is inside.
 
     It is about where the product of the distances to all halfspaces is largest (the analytic
-    centre), which no stretching moves; the centre of a largest ball may lie at the end of a plate.
+    centre), which no stretching moves; the centre of an inscribed sphere may lie at the end of
+    a thin set.
     """
     x = np.zeros(rows.shape[1])
     for _ in range(100):

@@ -47,7 +47,7 @@ class HoverPoint:
     speed : (n,) array, rad/s
         Of the rotors, signed.
     power : float
-        Σ c_tau |w|³, W, the power against drag; inf if it is not feasible.
+        Σ c_tau |w|³, W, the rotor drag power; inf if it is not feasible.
     """
 
     tilt: FloatArray

@@ -1,6 +1,6 @@
 """In which attitudes a vehicle can hover, and at which tilts that is all of them.
 
-A vehicle is omnidirectional where its force set holds the ball of its weight. There are two force
+A vehicle is omnidirectional where its force set holds the weight sphere. There are two force
 sets, and so two answers: with free moments, and at zero moment, which is what hovering needs. The
 paper does not say which it takes; its 37° is the first.
 """
@@ -58,8 +58,8 @@ def inscribed_radius(
 ) -> float:
     """Return the largest force, N, that a vehicle can make in every direction.
 
-    The radius of the largest ball about zero in the force set: with free moments, or at zero
-    moment. It is 0 where the set is flat.
+    The radius of the inscribed sphere about zero of the force set: with free moments, or at zero
+    moment. It is 0 where the set is degenerate.
 
     Raises
     ------

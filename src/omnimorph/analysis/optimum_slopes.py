@@ -97,7 +97,7 @@ def slope_of_radius(vehicle: Vehicle, angles: FloatArray, A: FloatArray, moment:
     forces = force_set(vehicle, angles, zero_moment=moment, beyond_limits=True)
     radius = forces.inscribed_radius
     if radius <= 0.0:
-        raise _no_slope(vehicle, "radius", "the force set holds no ball about zero")
+        raise _no_slope(vehicle, "radius", "the force set has no inscribed sphere about zero")
     rows = slice(0, 6 if moment else 3)
     reached = wrench_set(vehicle, angles, beyond_limits=True) if moment else forces
     if reached.basis.shape[0] > reached.basis.shape[1]:

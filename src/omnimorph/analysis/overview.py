@@ -266,7 +266,7 @@ def _best_tilt(vehicle: Vehicle, sweep: TiltSweep, limits: tuple[float, float]) 
 
 
 class _Steps:
-    """Tells what comes next."""
+    """Says what comes next."""
 
     _ALL = 7
 

@@ -45,7 +45,7 @@ class Platform:
     lateral_over_weight : float
         Largest sideways force beside the weight, to every side, over m g, likewise.
     hover_power : float, W
-        Least power against drag to hover level at a tilt common to all servos; inf if it cannot.
+        Least rotor drag power to hover level at a tilt common to all servos; inf if it cannot.
     """
 
     name: str

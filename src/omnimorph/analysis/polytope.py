@@ -1,9 +1,10 @@
-"""`Polytope`: a bounded convex set, known by its halfspaces, that may be flat.
+"""`Polytope`: a bounded convex set, known by its halfspaces, that may be degenerate (line, plane).
 
-A set of R^k is kept as ``{ x = x0 + B u : N u ≤ h }``: a flat through ``x0`` along the orthonormal
-columns of ``B``, and halfspaces in its coordinates ``u`` with unit normals, some of which may be
-superfluous. What a radius or a membership needs is read off these; vertices and facets are found
-when they are asked for, after the set has been shown to have an interior in its flat.
+A set of R^k is kept as ``{ x = x0 + B u : N u ≤ h }``: an affine subspace through ``x0``
+along the orthonormal columns of ``B``, and halfspaces in its coordinates ``u`` with unit normals,
+some of which may be superfluous. What a radius or a membership needs is read off these; vertices
+and facets are found when they are asked for, once the set is known to have an interior in its
+subspace.
 """
 
 from __future__ import annotations
@@ -20,21 +21,21 @@ from omnimorph.arrays import as_numbers
 from omnimorph.errors import OmnimorphError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Ball", "Polytope", "Zonotope", "nowhere"]
+__all__ = ["Sphere", "Polytope", "Zonotope", "nowhere"]
 
 _THIN = 1e-9  # shares of its size: what is nearer to a set than this belongs to it, or is flat
 
 
-class Ball(NamedTuple):
-    """The largest ball about a point inside a set.
+class Sphere(NamedTuple):
+    """The inscribed sphere of a set: the largest about a point that lies in it.
 
     Attributes
     ----------
     radius : float
-        In the unit of the set; 0 if the point is outside, or if the set is flat.
+        In the unit of the set; 0 if the point is outside, or if the set is degenerate.
     direction : (k,) array
-        Unit vector towards the facet that it touches: where the set ends first. Across the flat, if
-        the set is flat.
+        Unit vector towards the facet that it touches: where the set ends first. Across
+        the subspace of the set if it is degenerate.
     """
 
     radius: float
@@ -48,9 +49,9 @@ class Polytope:
     Attributes
     ----------
     origin : (k,) array
-        A point of the flat in which the set lies.
+        A point of the affine subspace in which the set lies.
     basis : (k, d) array
-        Orthonormal directions of that flat; d = k if the set is not known to be flat.
+        Orthonormal directions of that subspace; d = k if the set is not known to be degenerate.
     rows, bounds : (F, d), (F,) arrays
         Halfspaces ``rows u ≤ bounds`` of ``x = origin + basis u``, unit normals; complete, but some
         may be superfluous. `normals` and `offsets` are the irredundant ones, in R^k.
@@ -76,14 +77,14 @@ class Polytope:
         basis: FloatArray,
         size: float,
     ) -> Self:
-        """Build the set of a flat's points within halfspaces ``normals x ≤ offsets`` of R^k.
+        """Build the set of a subspace's points within halfspaces ``normals x ≤ offsets`` of R^k.
 
         Parameters
         ----------
         normals, offsets : (F, k), (F,) arrays
-            Unit normals; halfspaces that hold all of the flat are left out.
+            Unit normals; halfspaces that hold all of the subspace are left out.
         origin, basis : (k,), (k, d) arrays
-            The flat.
+            The affine subspace.
         size : float
             As of the set.
         """
@@ -110,7 +111,7 @@ class Polytope:
         return len(self.origin)
 
     def margin(self, point: ArrayLike) -> float:
-        """Return how far inside a point is: its distance to the nearest facet, within the flat.
+        """Return how far inside a point is: its distance to the nearest facet, within the subspace.
 
         Parameters
         ----------
@@ -133,27 +134,27 @@ class Polytope:
         return float((self.bounds - self.rows @ u).min(initial=np.inf if len(u) else 0.0))
 
     def contains(self, point: ArrayLike) -> bool:
-        """Tell whether a point belongs to the set, its boundary included (to 1e-9 of its size)."""
+        """Return whether a point belongs to the set or its boundary (to 1e-9 of its size)."""
         return self.margin(point) >= -_THIN * self.size
 
-    def ball(self, centre: ArrayLike | None = None) -> Ball:
-        """Return the largest ball about a point, the zero vector by default, and where it touches.
+    def inscribed_sphere(self, centre: ArrayLike | None = None) -> Sphere:
+        """Return the inscribed sphere about a point, by default zero, and where it touches.
 
         Its radius is the least distance to a halfspace, so it is exact, and superfluous halfspaces
         do not matter. At a distance that several facets share, the direction is one of theirs.
         """
         k, d = self.basis.shape
         if d < k or self.void:
-            return Ball(0.0, _across(self.basis))
+            return Sphere(0.0, _across(self.basis))
         point = np.zeros(k) if centre is None else self._as_vector(centre)
         slack = self.bounds - self.rows @ (self.basis.T @ (point - self.origin))
         nearest = int(slack.argmin())
-        return Ball(max(float(slack[nearest]), 0.0), self.basis @ self.rows[nearest])
+        return Sphere(max(float(slack[nearest]), 0.0), self.basis @ self.rows[nearest])
 
     @property
     def inscribed_radius(self) -> float:
-        """Radius of the largest ball about the zero vector; 0 if that is outside."""
-        return self.ball().radius
+        """Radius of the inscribed sphere about the zero vector; 0 if that is outside."""
+        return self.inscribed_sphere().radius
 
     def reach(self, direction: ArrayLike) -> float:
         """Return the largest t ≥ 0 for which t times a direction is in the set; 0 if none is.
@@ -200,12 +201,12 @@ class Polytope:
 
     @property
     def dimension(self) -> int:
-        """Of the set: 3 for a solid, 2 for a plate, 1 for a rod, 0 for a point, −1 if empty."""
+        """Of the set: 3 for a solid, 2 for a plane, 1 for a line, 0 for a point, −1 if empty."""
         return -1 if self.is_empty else self._body.basis.shape[1]
 
     @property
     def vertices(self) -> FloatArray:
-        """The corners: (V, k) array, in the unit of the set; in order around a plate or a rod.
+        """The corners: (V, k) array, in the unit of the set; in order around a plane or a line.
 
         Raises
         ------
@@ -217,7 +218,7 @@ class Polytope:
 
     @property
     def normals(self) -> FloatArray:
-        """Outward unit normals of the facets, (F, k); then ± those across the flat of a flat set.
+        """Outward unit normals of the facets, (F, k); then ± those across a degenerate set.
 
         With `offsets` they say exactly what the set is: ``normals x ≤ offsets``.
         """
@@ -236,7 +237,7 @@ class Polytope:
     def facets(self) -> tuple[NDArray[np.int64], ...]:
         """The polygons that bound a solid: indices of `vertices`, counter-clockwise from outside.
 
-        A plate is one polygon; a rod, a point and an empty set have none.
+        A plane is one polygon; a line, a point and an empty set have none.
         """
         if self.dimension == 2:
             return (np.arange(len(self._facets.vertices)),)
@@ -245,7 +246,7 @@ class Polytope:
 
     @cached_property
     def volume(self) -> float:
-        """In the cube of the set's unit (N³ for forces); 0 for a flat or empty set."""
+        """In the cube of the set's unit (N³ for forces); 0 for a degenerate or empty set."""
         if self.dimension < self.n_coordinates:
             return 0.0
         corners = self._facets.vertices
@@ -266,7 +267,7 @@ class Polytope:
 
     @cached_property
     def _body(self) -> Polytope:
-        """The same set, in a flat in which it has an interior; its origin is well inside."""
+        """The same set, in a subspace in which it has an interior; its origin is well inside."""
         body: Polytope = self
         thin = _THIN * self.size
         while not body.void and body.basis.shape[1]:
@@ -297,7 +298,7 @@ class Polytope:
         return facets_of(body.rows, body.bounds)
 
     def _is_beside(self, point: FloatArray) -> bool:
-        """Tell whether a point lies beside the flat of the set."""
+        """Return whether a point lies beside the subspace of the set."""
         v = point - self.origin
         off = float(np.linalg.norm(v - self.basis @ (self.basis.T @ v)))
         return off > _THIN * self.size
@@ -350,14 +351,14 @@ def _point(origin: FloatArray, size: float) -> Polytope:
 
 
 def _about(body: Polytope, inner: FloatArray) -> Polytope:
-    """Return the same set with that point as the origin of its flat."""
+    """Return the same set with that point as the origin of its subspace."""
     return replace(
         body, origin=body.origin + body.basis @ inner, bounds=body.bounds - body.rows @ inner
     )
 
 
 def _within(body: Polytope, tight: NDArray[np.int64]) -> Polytope:
-    """Return a flat set again, in the flat on which these halfspaces hold as equations."""
+    """Return a degenerate set in the subspace on which these halfspaces hold as equations."""
     rows, bounds = body.rows[tight], body.bounds[tight]
     U, S, Vt = np.linalg.svd(rows)
     rank = max(int((1e-7 * S[0] < S).sum()), 1)
@@ -371,7 +372,7 @@ def _within(body: Polytope, tight: NDArray[np.int64]) -> Polytope:
 
 
 def _complement(basis: FloatArray) -> FloatArray:
-    """Return orthonormal directions across a flat, (k, k − d)."""
+    """Return orthonormal directions across a subspace, (k, k − d)."""
     k, d = basis.shape
     if d == 0:
         return np.eye(k)
@@ -379,6 +380,6 @@ def _complement(basis: FloatArray) -> FloatArray:
 
 
 def _across(basis: FloatArray) -> FloatArray:
-    """Return a unit vector across a flat; any unit vector if it is all of the space."""
+    """Return a unit vector across a subspace; any unit vector if it is all of the space."""
     across = _complement(basis)
     return across[:, -1] if across.shape[1] else np.eye(len(basis))[-1]

@@ -177,7 +177,7 @@ def sensitivity(
     ------
     VehicleError
         If the tilt or the quantity cannot be used; if the quantity has no derivative there, as the
-        force set is flat, the vehicle cannot hover level, or A has not full rank.
+        force set is degenerate, the vehicle cannot hover level, or A has not full rank.
 
     Examples
     --------

@@ -35,7 +35,7 @@ class ThrustKind(Enum):
     MULTI_DIRECTIONAL = "multi-directional thrust"
     """In a plane or in space, but the weight cannot be held in every attitude."""
     OMNIDIRECTIONAL = "omnidirectional"
-    """In every attitude it can hover: the zero-moment force set holds the ball of the weight."""
+    """In every attitude it can hover: the zero-moment force set holds the weight sphere."""
 
 
 class VehicleClass(NamedTuple):

@@ -1,9 +1,9 @@
 """The forces, moments and wrenches that the rotors can make at one tilt, exactly.
 
 All are images of the box of thrusts, ``{ C f : E f = e, f_min ≤ f ≤ f_max }``: a zonotope, or a
-zonotope cut by a flat. Its facets are known in closed form (`core/include/omnimorph/zonotope.hpp`);
-the number of corners of the box, 2ⁿ, plays no role. The dead band of the rotors is ignored: a
-thrust that it forbids counts as possible.
+zonotope cut by a subspace. Its facets are known in closed form
+(`core/include/omnimorph/zonotope.hpp`); the number of corners of the box, 2ⁿ, plays no
+role. The dead band of the rotors is ignored: a thrust that it forbids counts as possible.
 
 Sources: Hamandi et al., "Design of multirotor aerial vehicles: A taxonomy based on input
 allocation", IJRR 2021 (force sets); P. McMullen, "On zonotopes", Trans. AMS 159, 1971.
@@ -65,7 +65,7 @@ def force_set(
     -------
     Polytope
         With vertices, facets, volume, inscribed radius and reach; a `Zonotope` if moments are free.
-        It may be flat (a rod at α = 0) or empty, which `dimension` says.
+        It may be degenerate (a line at α = 0) or empty, which `dimension` says.
 
     Raises
     ------
@@ -134,8 +134,9 @@ def moment_set(
 def wrench_set(vehicle: VehicleLike, tilt: ArrayLike, *, beyond_limits: bool = False) -> Zonotope:
     """Return the set of wrenches (force in N, then torque in N m, in B): a zonotope in R⁶.
 
-    Its support function, membership and reach are exact; a distance in it (`margin`, `ball`) mixes
-    N and N m, so only its sign has a meaning. Vertices are not listed, there are thousands.
+    Its support function, membership and reach are exact; a distance in it (`margin`,
+    `inscribed_sphere`) mixes N and N m, so only its sign has a meaning. Vertices are not
+    listed, there are thousands.
 
     Parameters
     ----------
@@ -187,7 +188,7 @@ def _zonotope(vehicle: Vehicle, C: FloatArray, unit: FloatArray | None = None) -
 
 
 def _section(vehicle: Vehicle, C: FloatArray, E: FloatArray, e: FloatArray) -> Polytope:
-    """Return { C f : E f = e, f within limits }: the zonotope of (C; E) f, cut by a flat."""
+    """Return { C f : E f = e, f within limits }: the zonotope of (C; E) f, cut by a subspace."""
     box = thrust_box(vehicle)
     both = np.vstack([C, E])
     centre = both @ box.centre
@@ -212,7 +213,7 @@ def _section(vehicle: Vehicle, C: FloatArray, E: FloatArray, e: FloatArray) -> P
 
 
 class _Hull:
-    """The flat of generators and the hyperplanes that bound their zonotope about zero.
+    """The span of generators and the hyperplanes that bound their zonotope about zero.
 
     Attributes
     ----------

@@ -1,7 +1,7 @@
 """Analyses against the clock, and beside them what is done where no exact answer is at hand.
 
 There thrusts are sampled, over a grid of each rotor's least, middle and largest or at random, and
-the largest ball about zero is read off the convex hull of their forces.
+the inscribed sphere about zero is read off the convex hull of their forces.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def forces_of(A: FloatArray, thrusts: FloatArray) -> FloatArray:
 
 
 def hull_radius(points: FloatArray) -> float:
-    """Return the radius of the largest ball about zero in the hull of (N, 3) points.
+    """Return the radius of the inscribed sphere about zero of the hull of (N, 3) points.
 
     0 if zero is outside, or if the points are too few or too flat to have an inside.
     """

@@ -31,7 +31,7 @@ def provenance_of_machine(peers: Sequence[str] = ()) -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the name of the processor as the system tells it."""
+    """Return the name of the processor as the system reports it."""
     table = Path("/proc/cpuinfo")
     if table.is_file():
         for line in table.read_text(encoding="utf-8", errors="replace").splitlines():

@@ -55,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Analyse, write the page if one is wanted, and tell what came out."""
+    """Analyse, write the page if one is wanted, and say what came out."""
     import omnimorph as om
     from omnimorph.report.analysis_data import analysis_data
     from omnimorph.results.folder import replaced_words
@@ -123,7 +123,7 @@ def _as_text(analysis: VehicleAnalysis) -> str:
         "",
         "Radius: the largest force in every direction, N; with moments free (papers often mean "
         "this), and at zero moment,\nwhich hovering needs. Lift: straight up, at zero moment. "
-        "Power: against drag, hovering level; “paper”: speeds in Hz.",
+        "Power: rotor drag power, hovering level; “paper”: speeds in Hz.",
         *([_DEAD_BAND] if vehicle.dead_band.any() else []),
         "",
         *_hovering_lines(analysis),
@@ -190,7 +190,11 @@ def _hovering_lines(analysis: VehicleAnalysis) -> list[str]:
     ]
     table = [[words, _intervals(within), _intervals(beyond)] for words, within, beyond in rows]
     together = ", all servos at one tilt" if analysis.platform.has_free_tilts else ""
-    header = [f"it can hover{together}", "within its limits", "if the servos turned all the way"]
+    header = [
+        f"it can hover{together}",
+        "within its limits",
+        "if the servos turned through a full rotation",
+    ]
     return [console.table(table, header=header)]
 
 
@@ -199,7 +203,7 @@ def _singular_lines(analysis: VehicleAnalysis) -> list[str]:
         return []
     tilts = ", ".join(f"{_deg(one.tilt)}° (rank {one.rank})" for one in analysis.singular)
     together = ", all servos together" if analysis.platform.has_free_tilts else ""
-    return ["", f"Singular tilts, over the whole turn{together}: {tilts}."]
+    return ["", f"Singular tilts, over a full rotation{together}: {tilts}."]
 
 
 def _wake_lines(analysis: VehicleAnalysis) -> list[str]:

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Measure everything and tell what came out."""
+    """Measure everything and say what came out."""
     with console.Progress("measuring") as progress:
         if options.peers:
             from omnimorph.bench.peers import measure_peers

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Fit, write the page if one is wanted, and tell what came out."""
+    """Fit, write the page if one is wanted, and say what came out."""
     import omnimorph as om
     from omnimorph.report.fit_data import fit_data, vehicle_lines
     from omnimorph.results.folder import replaced_words

@@ -60,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Fly, write, and tell how it went."""
+    """Fly, write, and say how it went."""
     import omnimorph as om
 
     scenario = om.load_scenario(options.scenario)
@@ -93,7 +93,7 @@ def _watched(options: argparse.Namespace, scenario: Scenario, out: Path) -> cons
 
 
 def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
-    """Write a run and its metrics, and tell how it went."""
+    """Write a run and its metrics, and say how it went."""
     import omnimorph as om
 
     replaced = replaced_words(out / "run.nc", out / "metrics.json")

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Propose, and tell the margins."""
+    """Propose, and show the margins."""
     import omnimorph as om
 
     vehicle = om.load_vehicle(options.vehicle)

@@ -22,7 +22,7 @@ def remembered() -> Iterator[None]:
     """Remember what asked to end, and raise `KeyboardInterrupt` for it.
 
     A library in whose callback it falls may swallow the exception; `renew` raises it again. Only a
-    Ctrl-C is answered more than once: a terminal that is closed tells it twice, and the second time
+    Ctrl-C is answered more than once: a terminal that is closed sends it twice, and the second time
     would fall into what the first one began to clear away.
     """
 
@@ -45,7 +45,7 @@ def wait() -> Iterator[None]:
 
 
 def pressed() -> bool:
-    """Tell whether anything asked to end since `remembered` began."""
+    """Return whether anything asked to end since `remembered` began."""
     return bool(_came)
 
 

@@ -119,7 +119,7 @@ def parsed(words: list[str]) -> argparse.Namespace:
     parser = _Parser(
         prog="omnimorph",
         description="Design, control and fly omnidirectional and morphing multirotors.",
-        epilog="`omnimorph COMMAND --help` tells more. Exit codes: 0 done, 2 a mistake in what was "
+        epilog="`omnimorph COMMAND --help` says more. Exit codes: 0 done, 2 a mistake in what was "
         "asked, 3 the flight did not complete, 130 interrupted (143 by `kill`), 1 our fault.",
         formatter_class=_Help,
         allow_abbrev=False,

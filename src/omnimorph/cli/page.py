@@ -57,7 +57,7 @@ def announce(server: Any, options: argparse.Namespace, ends: str) -> None:
 
 @contextmanager
 def served(options: argparse.Namespace) -> Iterator[Any]:
-    """Serve a page, empty as yet, where it is asked for; tell what goes wrong with it."""
+    """Serve a page, empty as yet, where it is asked for; report what goes wrong with it."""
     from omnimorph.viewer.server import new_server
 
     server = new_server(options.host, options.port)
@@ -88,7 +88,7 @@ def _tell_fault(error: Exception) -> None:
 
 
 def _has_a_screen() -> bool:
-    """Tell whether a browser opened here would be seen: not in a terminal from elsewhere."""
+    """Return whether a browser opened here would be seen: not in a terminal from elsewhere."""
     if "BROWSER" in os.environ:
         return True
     if sys.platform in ("darwin", "win32"):

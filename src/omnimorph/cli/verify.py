@@ -23,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
-    """Run every case and tell which passed."""
+    """Run every case and say which passed."""
     from omnimorph.verification import run_cases
 
     with console.Progress("verifying") as progress:

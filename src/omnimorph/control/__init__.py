@@ -1,4 +1,4 @@
 """What to command: pose tracking (`tracking`), allocation (`allocators`), both (`controller`).
 
-`tilt_cost` tells what an allocation costs at any tilt.
+`tilt_cost` computes what an allocation costs at any tilt.
 """

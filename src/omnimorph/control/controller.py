@@ -101,7 +101,7 @@ def _tilts_tried(rule: AllocationRule) -> tuple[_core.AllocationRule, int]:
 
 
 def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:
-    """Build the error for a weight, told as the file has it."""
+    """Build the error for a weight, named as the file names it."""
     key = f"{name}_per_Hz4"
     return ScenarioError.at(rule.kind, key, rule.as_file()[key], allowed)
 

@@ -106,7 +106,7 @@ def propose_controller(
     ------
     ScenarioError
         If the period is not positive or the delay negative, or if both are so long that nothing
-        firm enough is left; it tells the longest delay that could be used.
+        firm enough is left; it states the longest delay that could be used.
     VehicleError
         If the vehicle cannot hover level, cannot accelerate up and down, or not turn about an axis.
 
@@ -201,7 +201,7 @@ def _longest_lag(able: Capability) -> float:
 def _reasons(
     able: Capability, lag: float, position: FloatArray, attitude: FloatArray
 ) -> tuple[str, ...]:
-    """Tell what decided the gains, a sentence each."""
+    """Say what decided the gains, a sentence each."""
     fastest = _CROSSOVER / lag / _CROSSOVER_OF_CRITICAL
     by_lag = f"the lag of {1e3 * lag:.3g} ms allows √k = {fastest:.3g}/s"
     spare = {

@@ -34,7 +34,7 @@ _LEAST_MOMENT = 1e-15
 """In kg m²: that of a grain of sand."""
 
 _ROUNDING_OF_AN_INERTIA = 1e-9
-"""Relative slack for symmetry and for the triangle inequality, which a flat plate meets exactly."""
+"""Relative slack for symmetry and for the triangle inequality, which a thin plate meets exactly."""
 
 
 class Source(NamedTuple):

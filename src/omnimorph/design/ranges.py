@@ -1,4 +1,4 @@
-"""Ranges: how small and how large a number may be, and how a message tells it.
+"""Ranges: how small and how large a number may be, and how a message states it.
 
 Every number of a file has one, generous to anything that can be built: what lies beyond is a slip
 of the pen or of a unit, and would end in numbers that cannot be computed with.
@@ -17,7 +17,7 @@ __all__ = ["OF_VEHICLES", "UNIT_VECTOR", "Range", "limits_in_SI", "numbers_in"]
 
 
 class Range(NamedTuple):
-    """From the least to the largest number that is allowed, in whatever unit they are told.
+    """From the least to the largest number that is allowed, in whatever unit they are stated.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Range(NamedTuple):
     or_zero: bool = False
 
     def __contains__(self, number: object) -> bool:
-        """Tell whether a number is allowed; nothing else is, nor what is not finite."""
+        """Return whether a number is allowed; nothing else is, nor what is not finite."""
         if isinstance(number, bool) or not isinstance(number, Real):
             return False
         value: Any = number

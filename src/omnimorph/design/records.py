@@ -49,7 +49,7 @@ def quantity(
     limits : Range
         Of each number, in that unit.
     allowed : str
-        What is allowed, to be read after "it must be"; the range is told after it.
+        What is allowed, to be read after "it must be"; the range is stated after it.
     default
         In SI; a field without one is required.
     length : int, optional
@@ -139,7 +139,7 @@ def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
     """Build the pydantic model of a record as it stands in a file.
 
     The model has one field for each of the record's, named with its unit, and `others`, fields that
-    stand in the same table; without any, a field ``kind`` tells the record from its alternatives.
+    stand in the same table; without any, a field ``kind`` distinguishes it from its alternatives.
     """
     from pydantic import ConfigDict, Field, create_model
 

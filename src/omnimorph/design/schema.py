@@ -64,7 +64,7 @@ def number(limits: Range, allowed: str, default: Any = ...) -> Any:
     limits : Range
         In the unit at the end of the key.
     allowed : str
-        What is allowed, to be read after "it must be"; the range is told after it.
+        What is allowed, to be read after "it must be"; the range is stated after it.
     default
         A field without one is required.
     """

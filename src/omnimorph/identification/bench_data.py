@@ -174,13 +174,13 @@ def _check_columns(path: str, columns: list[str]) -> None:
 
 
 def _check_same(path: str, names: list[str], columns: dict[str, FloatArray]) -> None:
-    """Refuse two columns of speed that do not tell the same."""
+    """Refuse two columns of speed that disagree."""
     for other in names[1:]:
         first, second = (_in_SI(name, columns) for name in (names[0], other))
         ratio = _ratio(first, second)
         check_ratio(path, names[0], other, ratio)
         if not abs(ratio - 1.0) <= _SAME:
-            sentence = f"{path}: {names[0]} and {other} do not tell the same speed: "
+            sentence = f"{path}: {names[0]} and {other} do not give the same speed: "
             raise InputError(f"{sentence}the first is {ratio:.4g} times the second.", file=path)
 
 

@@ -43,7 +43,7 @@ class Estimate(NamedTuple):
     high: float
 
     def holds(self, value: float) -> bool:
-        """Tell whether a value lies within the interval."""
+        """Return whether a value lies within the interval."""
         return self.low <= value <= self.high
 
 
@@ -129,7 +129,7 @@ def fit_coefficient(
 
 
 def differ(first: Estimate, second: Estimate) -> bool:
-    """Tell whether two estimates differ more than chance explains, at 99 %."""
+    """Return whether two estimates differ more than chance explains, at 99 %."""
     halves = [0.5 * (one.high - one.low) for one in (first, second)]
     return abs(first.value - second.value) > (2.576 / 1.960) * math.hypot(*halves)
 

@@ -75,7 +75,7 @@ def _of_outliers(bench: BenchData, name: str, fit: CoefficientFit) -> Iterator[s
 def _of_offset(
     name: str, fit: CoefficientFit, square: FloatArray, measured: FloatArray
 ) -> Iterator[str]:
-    """Tell of a sensor that was not zeroed: y = c w|w| + b fits clearly better."""
+    """Report a sensor that was not zeroed: y = c w|w| + b fits clearly better."""
     x, y = square[~fit.outlier], fit.residual[~fit.outlier]
     design = np.column_stack([np.ones_like(x), x / np.abs(x).max()])
     solution, squares, rank, _ = np.linalg.lstsq(design, y, rcond=None)

@@ -30,7 +30,7 @@ _ORIGIN = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, kw_only=True)
 class PointMass(Record):
-    """A mass in one place, or a ball too small to matter.
+    """A mass in one place, or a body too small to matter.
 
     Attributes
     ----------

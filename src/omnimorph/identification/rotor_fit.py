@@ -37,7 +37,7 @@ Rows = NDArray[np.bool_]
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotorFit:
-    """What one run on a bench tells of a rotor.
+    """What one run on a bench says about a rotor.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class RotorFit:
         The lowest and the highest speed seen, signed; 0 for a rotor that rested and never turned
         the other way round.
     time_constant_up, time_constant_down : Estimate or None, s
-        None if no step of the command tells.
+        None if no step of the command determines it.
     steps : tuple of StepFit
         The steps they come from.
     warnings : tuple of str
@@ -93,7 +93,7 @@ def fit_rotor(
     expected_thrust_coefficient : float, N s²/rad², optional
         Of a rotor of about the same size: a wrong unit is then recognised by its factor.
     expected_drag_coefficient : float, N m s²/rad², optional
-        The same for the drag; it tells a wrong unit of speed from one of force.
+        The same for the drag; it distinguishes a wrong unit of speed from one of force.
 
     Returns
     -------

@@ -40,7 +40,7 @@ class StepFit:
     begin, end : int
         Rows from the step to the next, the last not included.
     up : bool
-        Whether the rotor was told to turn faster.
+        Whether the rotor was commanded to turn faster.
     first : int
         The row from which on the curve is fitted.
     time_constant : Estimate, s

@@ -114,7 +114,7 @@ class LivePage:
         with self.pilot.lock:
             if not self.is_over:
                 told = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
-                self.flight.tell("fault", error=told)
+                self.flight.note("fault", error=told)
                 self._is_faulty = True
 
     def show(self) -> None:
@@ -225,7 +225,7 @@ class LivePage:
         """Return what was done to the flight lately, and when."""
         lines = [
             f"{event['time_s']:.2f} s: {_told(event)}"
-            for event in self.flight.told.get("events", [])[-_EVENTS_SHOWN:]
+            for event in self.flight.notes.get("events", [])[-_EVENTS_SHOWN:]
         ]
         style = "padding:2px 12px;font-size:0.8rem;color:#555"
         return f'<div id="done" style="{style}">{"<br>".join(lines)}</div>'

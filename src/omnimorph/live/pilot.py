@@ -47,7 +47,7 @@ class Pilot:
             period = self.flight.scenario.plant.control_period
             self._push_left = max(round(PUSH_SECONDS / period), 1)
             force = np.asarray(force_W).tolist()
-            self.flight.tell("push", force_N=force, duration_s=PUSH_SECONDS)
+            self.flight.note("push", force_N=force, duration_s=PUSH_SECONDS)
 
     def cut(self, rotor: int) -> None:
         """Take all thrust from a rotor, counted from 0; it goes on turning."""

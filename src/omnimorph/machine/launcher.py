@@ -4,7 +4,7 @@ The command is ended, with all that it has started, when standard input ends or 
 pipe from a process ends with that process. Its output is thrown away.
 
 Run as a program of its own, with the standard library alone, so that it is small: the peak memory
-that the system tells of a process begins with what its parent held.
+that the system reports of a process begins with what its parent held.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A reference that tells the pose and keeps its rates to itself, as set-points do."""
+"""A reference without velocity and acceleration feed-forward, as set-points are."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class PoseOnly:
 
     A controller with proportional and derivative terms then brakes what it should follow: it lags
     behind a steady motion by ``velocity gain / position gain`` times its speed, whatever vehicle
-    and plant are. Over a flight from rest to rest the mean error is that time times the way flown
+    and plant are. Over a flight from rest to rest the mean error is that time times the path length
     over the duration.
 
     Parameters
@@ -34,8 +34,8 @@ class PoseOnly:
     >>> import numpy as np
     >>> from omnimorph.reference.segments import Segment
     >>> line = SegmentReference((0, 0, 0), np.eye(3), [Segment(2.0, move_W=(1.0, 0.0, 0.0))])
-    >>> told = PoseOnly(line)(1.0)
-    >>> told.p_WB.tolist(), told.v_WB.tolist(), line(1.0).v_WB.tolist()
+    >>> desired = PoseOnly(line)(1.0)
+    >>> desired.p_WB.tolist(), desired.v_WB.tolist(), line(1.0).v_WB.tolist()
     ([0.5, 0.0, 0.0], [0.0, 0.0, 0.0], [0.9375, 0.0, 0.0])
     """
 

@@ -44,7 +44,7 @@ def desired_from_row(row: FloatArray) -> Desired:
 
 
 def are_rotations(R: FloatArray) -> NDArray[np.bool_]:
-    """Tell which of (K, 3, 3) finite matrices are rotations, to 1e-6."""
+    """Return which of (K, 3, 3) finite matrices are rotations, to 1e-6."""
     with np.errstate(over="ignore", invalid="ignore"):  # what overflows is none
         apart = np.abs(R @ np.swapaxes(R, 1, 2) - np.eye(3)).max(axis=(1, 2))
         return np.asarray((apart < _ORTHONORMAL) & (np.linalg.det(R) > 0.0))

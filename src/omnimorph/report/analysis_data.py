@@ -94,11 +94,11 @@ def _at(one: AtTilt) -> dict[str, Any]:
 
 
 def _set(polytope: Polytope, unit: str, cubed: str) -> dict[str, Any]:
-    ball = polytope.ball()
+    sphere = polytope.inscribed_sphere()
     return {
         "dimension": polytope.dimension,
-        f"radius_{unit}": ball.radius,
-        "radius_direction": _finite(ball.direction),
+        f"radius_{unit}": sphere.radius,
+        "radius_direction": _finite(sphere.direction),
         f"volume_{cubed}": polytope.volume,
         f"vertices_{unit}": _finite(polytope.vertices),
         "normals": _finite(polytope.normals),

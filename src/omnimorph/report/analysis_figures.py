@@ -19,7 +19,7 @@ from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 from omnimorph.report.polytope_drawing import (
-    BallLook,
+    SphereLook,
     Stage,
     draw_polytope,
     picture_panel,
@@ -75,7 +75,7 @@ _OF_WEIGHT: dict[str, Any] = {"color": BLACK, "linewidth": 0.9, "linestyle": (0,
 def force_sets(analysis: VehicleAnalysis) -> Figure:
     """Draw the set of forces (N, in B) at zero moment at up to six tilts, all to one scale.
 
-    Each with the vehicle above it, the ball of the weight and the largest ball inside. If the tilt
+    Each with the vehicle above it, the weight sphere and the inscribed sphere. If the tilt
     cannot be varied, the one set, and beside it that with free moments.
     """
     tilts = shown_tilts(analysis)
@@ -112,7 +112,7 @@ def _sets_over_tilt(analysis: VehicleAnalysis, tilts: FloatArray) -> Figure:
         _force_set(panel, one, stage, BLUE, analysis.weight, scale_bar=k == 0)
         words = f"radius {_alike(one.inscribed_radius, largest)} N"
         panel.text(0.5, -0.01, words, ha="center", va="top", transform=panel.transAxes)
-    set_legend(figure, {"forces at zero moment": BLUE}, _balls(largest, analysis.weight))
+    set_legend(figure, {"forces at zero moment": BLUE}, _spheres(largest, analysis.weight))
     return figure
 
 
@@ -141,19 +141,19 @@ def _both_sets(analysis: VehicleAnalysis, tilt: float) -> Figure:
         _force_set(panel, one, stage, colour, analysis.weight, scale_bar=k == 0)
         panel.set_title(f"{words}: radius {number(one.inscribed_radius, 3)} N", pad=2.0)
     names = {"forces at zero moment": BLUE, "forces, moments free": GREEN}
-    set_legend(figure, names, _balls(free.inscribed_radius, analysis.weight))
+    set_legend(figure, names, _spheres(free.inscribed_radius, analysis.weight))
     return figure
 
 
 def _force_set(
     panel: Axes, one: Polytope, stage: Stage, colour: str, weight: float, *, scale_bar: bool
 ) -> None:
-    balls = _balls(one.inscribed_radius, weight)
-    draw_polytope(panel, one, stage, colour=colour, balls=balls, scale_bar=scale_bar)
+    spheres = _spheres(one.inscribed_radius, weight)
+    draw_polytope(panel, one, stage, colour=colour, spheres=spheres, scale_bar=scale_bar)
 
 
-def _balls(radius: float, weight: float) -> list[BallLook]:
-    return [BallLook(radius, VERMILLION, filled=True), BallLook(weight, BLACK, filled=False)]
+def _spheres(radius: float, weight: float) -> list[SphereLook]:
+    return [SphereLook(radius, VERMILLION, filled=True), SphereLook(weight, BLACK, filled=False)]
 
 
 # --- curves over the tilt -----------------------------------------------------------------------

@@ -31,7 +31,7 @@ __all__ = ["PAGE", "write_analysis_page"]
 PAGE = "analysis.html"
 """Name of the file."""
 
-_SHAPES = {3: "solid", 2: "plate", 1: "rod", 0: "point", -1: "empty"}
+_SHAPES = {3: "solid", 2: "plane", 1: "line", 0: "point", -1: "empty"}
 # What of a vehicle an analysis rests on; lags and rates play no role.
 _USED = (
     *("mass", "tilt_mechanism_mass", "inertia", "rotor_position", "rotor_axis", "hinge_axis"),
@@ -112,7 +112,7 @@ def _varied(analysis: VehicleAnalysis) -> bool:
 
 
 def _hovers_somewhere(analysis: VehicleAnalysis) -> bool:
-    """Tell whether there is an attitude in which the vehicle can hover at a tilt that is shown."""
+    """Return whether the vehicle can hover in some attitude at a tilt that is shown."""
     at_asked = any(
         float(np.linalg.norm(corner)) >= analysis.weight
         for corner in analysis.asked.force_zero.vertices

@@ -157,9 +157,9 @@ def _level(analysis: VehicleAnalysis) -> KeyPoint:
         text = f"at zero moment it lifts {lift} N straight up{where}, and weighs "
         return KeyPoint("Cannot hover level:", f"{text}{number(analysis.weight)} N.")
     if limits[1] <= limits[0]:
-        return KeyPoint("Hovering level", f"costs {number(costs[0][1])} W against drag.")
+        return KeyPoint("Hovering level", f"costs {number(costs[0][1])} W of rotor drag power.")
     shown = [f"{number(power)} W at {degrees(tilt)}" for tilt, power in (costs[0], costs[-1])]
-    text = f"costs {' and '.join(dict.fromkeys(shown))}, against drag and in still air."
+    text = f"costs {' and '.join(dict.fromkeys(shown))} of rotor drag power, in still air."
     least = min(power for _, power in costs)
     if least < 0.99 * min(costs[0][1], costs[-1][1]):
         best = [degrees(tilt) for tilt, power in costs if power <= (1.0 + 1e-9) * least]
@@ -195,7 +195,7 @@ def _actuation(analysis: VehicleAnalysis) -> KeyPoint:
     if one.rank_thrust < 6:
         text += f" No thrusts make {lost_words(one.lost)}."
     falls = singular_words(analysis)
-    text += f" Over the whole turn the rank of A falls {falls}." if falls else ""
+    text += f" Over a full rotation of the tilt the rank of A falls {falls}." if falls else ""
     return KeyPoint("Actuation" if at else "Actuation:", text)
 
 
@@ -242,7 +242,7 @@ def _mechanism(analysis: VehicleAnalysis) -> KeyPoint:
     if trade is None:
         return KeyPoint(head, "is not weighed: untilted, the vehicle cannot hover level.")
     if trade.own is None:
-        text = "has a mass that the vehicle file does not tell, so whether it pays is left open."
+        text = "has a mass that the vehicle file does not state, so whether it pays is left open."
         return KeyPoint(head, text)
     share = f"{number(100.0 * trade.own, 3)} % of the mass of the rest"
     tilts: list[tuple[str, float | None]] = [("in still air", trade.break_even)]

@@ -26,7 +26,7 @@ from omnimorph.report.attitudes import (
     weight_inside,
 )
 from omnimorph.report.polytope_drawing import (
-    BallLook,
+    SphereLook,
     draw_polytope,
     picture_panel,
     set_legend,
@@ -63,8 +63,8 @@ def hover_map(analysis: VehicleAnalysis) -> Figure:
     """Draw the least hover power (W) over the attitude at the tilt asked for; below, the best tilt.
 
     The best tilt (degrees) is that of least power within the limits; it is left out if the tilt
-    cannot be varied. Grey is where it cannot hover. The attitudes of a flat set of forces, which
-    have no area, are drawn as a line or as points.
+    cannot be varied. Grey is where it cannot hover. The attitudes of a degenerate set
+    (line, plane), which have no area, are drawn as a line or as points.
     """
     low, high = analysis.limits
     rows = 2 if high > low else 1
@@ -240,10 +240,10 @@ def moments(analysis: VehicleAnalysis) -> Figure:
     tall = min(max(wide * stage.slenderness, 1.9), 3.0)
     figure = new_figure(tall + 0.5, 0)[0]
     figure.set_layout_engine(None)
-    ball = BallLook(one.inscribed_radius, VERMILLION, filled=True)
+    sphere = SphereLook(one.inscribed_radius, VERMILLION, filled=True)
     picture = picture_panel(figure, 0.0, 0.3, wide, tall)
-    draw_polytope(picture, one, stage, colour=PURPLE, balls=[ball])
-    set_legend(figure, {"moments while hovering level": PURPLE}, [ball])
+    draw_polytope(picture, one, stage, colour=PURPLE, spheres=[sphere])
+    set_legend(figure, {"moments while hovering level": PURPLE}, [sphere])
     place = (4.35 / WIDTH, 0.75 / (tall + 0.5), 2.5 / WIDTH, (tall - 0.55) / (tall + 0.5))
     _reach_bars(figure.add_axes(place), one)
     return figure

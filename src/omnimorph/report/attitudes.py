@@ -87,7 +87,7 @@ def best_tilt_on(vehicle: Vehicle, tilts: FloatArray, up: FloatArray) -> FloatAr
 
 
 def weight_inside(vehicle: Vehicle, one: Polytope, up: FloatArray) -> FloatArray:
-    """Return how far inside a set of forces the weight is, N: (D,); −inf for a flat set."""
+    """Return how far inside a set of forces the weight is, N: (D,); −inf for a degenerate set."""
     if one.dimension < 3:
         return np.full(len(up), -np.inf)
     reach = vehicle.mass * GRAVITY * up @ one.normals.T

@@ -81,9 +81,9 @@ def residuals(fit: RotorFit) -> Figure:
 
 @styled
 def steps(fit: RotorFit) -> Figure:
-    """Draw steps that were fitted, as the share of the way done over the time since they began.
+    """Draw steps that were fitted, as the share of the step done over the time since they began.
 
-    The first 12 each way; for a fit with steps.
+    The first 12 in each direction; for a fit with steps.
     """
     figure, axes = new_figure(3.0, 1, 2, sharey=True)
     for panel, up, constant in zip(
@@ -121,7 +121,7 @@ def steps(fit: RotorFit) -> Figure:
             f"{word}: {value} ({len(fitted)} step{'s' if len(fitted) > 1 else ''})", loc="left"
         )
         panel.set_xlabel("time since the fitted curve began (ms)")
-    axes[0, 0].set_ylabel("share of the way (–)")
+    axes[0, 0].set_ylabel("share of the step (–)")
     axes[0, 0].set_ylim(-0.15, 1.15)
     legend_above(figure, *legend_entries(axes[0]))
     return figure

@@ -59,8 +59,8 @@ def geometry(vehicle: Vehicle, tilts: Sequence[float]) -> Figure:
     """Draw a vehicle at a few tilts side by side, with all that its design consists of.
 
     Hubs are numbered from 0, as in arrays. On every propeller are its thrust axis, the axis about
-    which it tilts and the way it turns when its thrust is positive; in the middle is the body frame
-    B. The edges of a box are dashed if the hubs are its corners.
+    which it tilts and the direction in which it turns when its thrust is positive; in the middle
+    is the body frame B. The edges of a box are dashed if the hubs are its corners.
 
     Parameters
     ----------

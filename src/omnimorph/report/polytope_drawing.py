@@ -1,7 +1,7 @@
-"""A set of forces or moments drawn as the solid, plate, rod or point that it is.
+"""A set of forces or moments drawn as the solid, plane, line or point that it is.
 
 The projection is the orthographic one of `vehicle_drawing.camera`, so a set and the vehicle beside
-it are seen from the same side, lengths do not depend on the distance, and a ball is a circle.
+it are seen from the same side, lengths do not depend on the distance, and a sphere is a circle.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "BallLook",
+    "SphereLook",
     "Stage",
     "draw_polytope",
     "nice_length",
@@ -38,13 +38,13 @@ _DASHED = (0, (3.5, 2.0))
 _AXIS: dict[str, Any] = {"color": "#333333", "linewidth": 0.9}
 
 
-class BallLook(NamedTuple):
-    """A ball about the zero vector: its radius in the unit of the set, and how it is drawn.
+class SphereLook(NamedTuple):
+    """A sphere about the zero vector: its radius in the unit of the set, and how it is drawn.
 
     Attributes
     ----------
     radius : float
-        A ball of radius 0 is not drawn.
+        A sphere of radius 0 is not drawn.
     colour : str
         Of its outline and, thinly, of its inside.
     filled : bool
@@ -85,16 +85,16 @@ class Stage(NamedTuple):
 
 
 def stage_for(polytopes: Sequence[Polytope], radii: Sequence[float], unit: str) -> Stage:
-    """Return a stage on which all of some sets, and balls about zero, have room."""
+    """Return a stage on which all of some sets, and spheres about zero, have room."""
     corners = np.vstack([np.zeros((1, 3)), *(one.vertices for one in polytopes)])
-    ball = max([*radii, 0.0])
-    largest = max(float(np.linalg.norm(corners, axis=1).max()), ball) or 1.0
-    axis_length = np.maximum(corners.max(axis=0), 1.25 * ball) + 0.16 * largest
+    sphere = max([*radii, 0.0])
+    largest = max(float(np.linalg.norm(corners, axis=1).max()), sphere) or 1.0
+    axis_length = np.maximum(corners.max(axis=0), 1.25 * sphere) + 0.16 * largest
     tips = camera().seen(np.diag(axis_length))
     tips += 0.13 * largest * tips / np.linalg.norm(tips, axis=1, keepdims=True)  # room for letters
     seen = np.vstack([camera().seen(corners), tips])
-    low = np.minimum(seen.min(axis=0), -ball) - 0.05 * largest
-    high = np.maximum(seen.max(axis=0), ball) + 0.09 * largest
+    low = np.minimum(seen.min(axis=0), -sphere) - 0.05 * largest
+    high = np.maximum(seen.max(axis=0), sphere) + 0.09 * largest
     low[1] -= 0.12 * (high[1] - low[1])  # for the scale bar
     high[0] = max(high[0], -low[0])  # zero in the middle, from left to right
     low[0] = -high[0]
@@ -123,20 +123,20 @@ def picture_panel(figure: Figure, left: float, bottom: float, width: float, heig
     return panel
 
 
-def set_legend(figure: Figure, sets: Mapping[str, str], balls: Sequence[BallLook]) -> None:
-    """Put a legend below drawings of sets: the sets (name -> colour), and the balls in them."""
+def set_legend(figure: Figure, sets: Mapping[str, str], spheres: Sequence[SphereLook]) -> None:
+    """Put a legend below drawings of sets: the sets (name -> colour), and the spheres in them."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
     entries: dict[str, Any] = {
         name: Patch(facecolor=colour, alpha=0.45, edgecolor=colour) for name, colour in sets.items()
     }
-    for ball in balls:
-        if ball.filled and ball.radius > 0.0:
-            entries["largest ball inside"] = Line2D([], [], color=ball.colour, linewidth=1.1)
-        elif not ball.filled:
-            look: dict[str, Any] = {"color": ball.colour, "linewidth": 1.1, "linestyle": _DASHED}
-            entries[f"ball of the weight, {number(ball.radius)} N"] = Line2D([], [], **look)
+    for sphere in spheres:
+        if sphere.filled and sphere.radius > 0.0:
+            entries["inscribed sphere"] = Line2D([], [], color=sphere.colour, linewidth=1.1)
+        elif not sphere.filled:
+            look: dict[str, Any] = {"color": sphere.colour, "linewidth": 1.1, "linestyle": _DASHED}
+            entries[f"weight sphere, {number(sphere.radius)} N"] = Line2D([], [], **look)
     legend_above(figure, list(entries.values()), list(entries), where="lower left")
 
 
@@ -146,13 +146,13 @@ def draw_polytope(
     stage: Stage,
     *,
     colour: str,
-    balls: Sequence[BallLook] = (),
+    spheres: Sequence[SphereLook] = (),
     scale_bar: bool = True,
 ) -> None:
     """Draw a set of R³ into a panel that is then only a picture.
 
     A solid has faint back faces and translucent front faces, lighter the more they face the light;
-    a plate is one such face, a rod a thick line, a point a dot. The axes of the body are dotted
+    a plane is one such face, a line a thick stroke, a point a dot. The axes of the body are dotted
     inside the set, with a dot at each tick of the stage.
 
     Parameters
@@ -165,15 +165,15 @@ def draw_polytope(
         With the scale; sets on the same stage have the same.
     colour : str
         Of the set.
-    balls : sequence of BallLook
-        Balls about the zero vector.
+    spheres : sequence of SphereLook
+        Spheres about the zero vector.
     scale_bar : bool
         Draw the length of a tick with its number and unit.
     """
     view = camera()
     _draw_body(panel, polytope, colour)
     _draw_axes(panel, polytope, stage)
-    _draw_balls(panel, balls)
+    _draw_spheres(panel, spheres)
     panel.plot(*view.seen(np.zeros(3)).T, "o", color=BLACK, markersize=2.4, zorder=_INSIDE + 0.5)
     if polytope.is_empty:
         panel.text(0.5, 0.12, "none at all", ha="center", transform=panel.transAxes)
@@ -257,28 +257,28 @@ def _draw_axes(panel: Axes, polytope: Polytope, stage: Stage) -> None:
 
 
 def _leaves_to_the_front(polytope: Polytope, along: FloatArray) -> bool:
-    """Tell whether a ray from zero leaves a solid through a face that is turned to the eye."""
+    """Return whether a ray from zero leaves a solid through a face that is turned to the eye."""
     speed = polytope.normals @ along
     ahead = speed > 1e-12
     first = int((polytope.offsets[ahead] / speed[ahead]).argmin())
     return bool(polytope.normals[ahead][first] @ camera().towards > 0.0)
 
 
-def _draw_balls(panel: Axes, balls: Sequence[BallLook]) -> None:
+def _draw_spheres(panel: Axes, spheres: Sequence[SphereLook]) -> None:
     from matplotlib.patches import Circle
 
-    for ball in balls:
-        if ball.radius <= 0.0:
+    for sphere in spheres:
+        if sphere.radius <= 0.0:
             continue
-        inside = (*_rgb(ball.colour), 0.25) if ball.filled else "none"
+        inside = (*_rgb(sphere.colour), 0.25) if sphere.filled else "none"
         drawn = Circle(
             (0.0, 0.0),
-            ball.radius,
+            sphere.radius,
             facecolor=inside,
-            edgecolor=ball.colour,
+            edgecolor=sphere.colour,
             linewidth=1.1,
-            linestyle="-" if ball.filled else _DASHED,
-            zorder=_INSIDE - 0.5 if ball.filled else _ABOVE,
+            linestyle="-" if sphere.filled else _DASHED,
+            zorder=_INSIDE - 0.5 if sphere.filled else _ABOVE,
         )
         panel.add_patch(drawn)
 

@@ -1,4 +1,4 @@
-"""How figures look: sizes for print, colours everyone can tell apart, and how they are kept.
+"""How figures look: sizes for print, colours everyone can distinguish, and how they are kept.
 
 Figures are as wide as the text of an A4 page (7.0 in), so that nothing is scaled in print and no
 letter is smaller than 8 pt. The palette is that of Okabe and Ito; curves also differ by their line.

@@ -34,7 +34,7 @@ __all__ = ["EnergyRow", "energies", "overview", "tilt_by_plant"]
 
 @dataclass(frozen=True)
 class EnergyRow:
-    """What one flight spent against drag, in the paper's count.
+    """The rotor drag energy of one flight, in the paper's count.
 
     Attributes
     ----------

@@ -59,7 +59,7 @@ _EFFECTS = {
     "model-mismatch": "the true vehicle is the controller's times these factors",
     "servo-lag": "the tilt follows with a first-order lag",
     "servo-rate-limit": "the tilt moves no faster than its servo can",
-    "measurement-noise": "noise on what the controller is told, 1σ, one draw a control step",
+    "measurement-noise": "noise on what the controller measures, 1σ, one draw a control step",
     "constant-wrench": "a constant force (in W) and torque (in B)",
     "sine-wrench": "a swinging force (in W) and torque (in B)",
     "wrench-profile": "a force (in W) and torque (in B) over time",

@@ -1,4 +1,4 @@
-"""Ways of choosing the tilt set side by side: what they choose, what it costs, what it spends."""
+"""Methods to choose the tilt set side by side: what they choose, what it costs, what it spends."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ class CostGap:
 
 @dataclass(frozen=True)
 class ChoiceEnergy:
-    """What flights with one way of choosing the tilt spend against drag, in the paper's count.
+    """Rotor drag energy of flights with one method to choose the tilt, in the paper's count.
 
     Attributes
     ----------
     label : str
-        The way of choosing.
+        The method.
     energy : mapping of str to sequence of float
         Case -> one value a seed.
     """
@@ -71,7 +71,7 @@ class ChoiceEnergy:
 
 @styled
 def tilt_by_choice(cases: Mapping[str, Sequence[Flight]]) -> Figure:
-    """Draw the tilt (degrees) over time, one panel a case, one curve a way of choosing it.
+    """Draw the tilt (degrees) over time, one panel a case, one curve a method to choose it.
 
     Each curve is narrower than the one below it, so that both show where they coincide.
     """
@@ -96,7 +96,7 @@ def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
     gaps : sequence of CostGap
         One that never exceeds `smallest` has no curve; its label says so.
     smallest : float
-        Gaps below this share of the cost are not told apart.
+        Gaps below this share of the cost are not distinguished.
     """
     figure, axes = new_figure(3.0)
     panel = axes[0, 0]
@@ -126,7 +126,7 @@ def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
 def energy_by_choice(
     rows: Sequence[ChoiceEnergy], least: Mapping[str, float], looks: Mapping[str, Look]
 ) -> Figure:
-    """Draw rotor drag energy in the paper's count, one row a way of choosing: mean and range.
+    """Draw rotor drag energy in the paper's count, one row a method: mean and range.
 
     Beside each mean is the energy relative to the lower bound.
 
@@ -162,7 +162,7 @@ def energy_by_choice(
 
 
 def _by_value(numbers: Mapping[str, float]) -> dict[float, list[str]]:
-    """Return the names that each number has; numbers that are the same to rounding are one."""
+    """Return the names that each number has; numbers identical to rounding are one."""
     found: dict[float, list[str]] = {}
     for name, value in numbers.items():
         same = next((one for one in found if math.isclose(one, value, rel_tol=1e-9)), value)

@@ -54,7 +54,7 @@ class Camera(NamedTuple):
     def seen(self, points: ArrayLike) -> FloatArray:
         """Return where points of B, (K, 3) or (3,), lie in the picture: (K, 2), in their unit.
 
-        An orthographic projection: nothing shrinks with its distance, a ball is a circle.
+        An orthographic projection: nothing shrinks with its distance, a sphere is a circle.
         """
         return np.atleast_2d(np.asarray(points, dtype=np.float64)) @ self._picture
 
@@ -98,8 +98,8 @@ def draw_vehicle(
     tilt : float or (m,) array, rad
         Of all servos, or of each.
     explained : bool
-        Draw the thrust axes as arrows, and on each disc the axis about which it tilts and the way
-        it turns.
+        Draw the thrust axes as arrows, and on each disc the axis about which it tilts and the
+        direction in which it turns.
     """
     from matplotlib.collections import PolyCollection
     from matplotlib.lines import Line2D

@@ -89,12 +89,12 @@ def rotation_about_x_deg(R: FloatArray) -> FloatArray:
 
 
 def power_W(run: Run) -> FloatArray:
-    """Return the power against drag, Σ c_tau |w|³ of the actual speeds, in W, (K,)."""
+    """Return the rotor drag power, Σ c_tau |w|³ of the actual speeds, in W, (K,)."""
     return run.drag_power
 
 
 def drag_energy_J(run: Run) -> FloatArray:
-    """Return the energy spent against drag since the start, in J, (K,); its end is the metric."""
+    """Return the rotor drag energy since the start, in J, (K,); its end is the metric."""
     energy: FloatArray = np.cumsum(power_W(run)) * run.provenance.physics_step
     energy -= energy[0]  # the speed in a row acted over the step before it: row 0 over none
     return energy

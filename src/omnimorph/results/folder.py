@@ -107,7 +107,7 @@ def _publish(part: Path, out: Path, first: str) -> None:
 
 @contextmanager
 def _told(out: Path, part: Path | None = None) -> Iterator[None]:
-    """Tell a failure to write as the user's mistake, and with the name the user gave."""
+    """Report a failure to write as the user's mistake, and with the name the user gave."""
     try:
         yield
     except OSError as error:

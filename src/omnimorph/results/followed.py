@@ -29,7 +29,7 @@ def sentence_of(run: Run) -> str:
     if run.outcome is not Outcome.COMPLETED:
         return said
     far = _far_from_reference(run.metrics, run.provenance.scenario)
-    over = "over the last second" if run.time[-1] >= LAST_SECOND else "all the way"
+    over = "over the last second" if run.time[-1] >= LAST_SECOND else "throughout the flight"
     return f"{said[:-1]}, but {' and '.join(far)} {over}." if far else said
 
 
@@ -48,7 +48,7 @@ def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]
 
 
 def _gives_way(scenario: dict[str, Any]) -> bool:
-    """Tell whether the attitude may give way in the controller that was the last to fly."""
+    """Return whether the attitude may give way in the controller that was the last to fly."""
     events = scenario.get("events")
     taken = [scenario.get("controller"), *(events if isinstance(events, list) else [])]
     tables = [table for table in taken if isinstance(table, dict)]

@@ -27,13 +27,13 @@ MEASURES: Mapping[str, Measure] = {
     ),
     "attitude_error_max_rad": Measure("attitude error, largest angle", math.degrees(1.0), "°"),
     "attitude_error_paper": Measure("attitude error, mean ‖e_R‖ (the paper's)", 1.0, "–"),
-    "drag_energy_J": Measure("energy against drag", 1.0, "J"),
-    "drag_energy_paper": Measure("energy against drag, the paper's count", 1.0, "“J”"),
+    "drag_energy_J": Measure("rotor drag energy", 1.0, "J"),
+    "drag_energy_paper": Measure("rotor drag energy, the paper's count", 1.0, "“J”"),
     "acceleration_energy_J": Measure("energy to accelerate the rotors", 1.0, "J"),
     "acceleration_energy_paper": Measure(
         "energy to accelerate the rotors, the paper's count", 1.0, "“J”"
     ),
-    "power_mean_W": Measure("power against drag, mean", 1.0, "W"),
+    "power_mean_W": Measure("rotor drag power, mean", 1.0, "W"),
     "tilt_mean_deg": Measure("tilt, mean", 1.0, "°"),
     "tilt_min_deg": Measure("tilt, smallest", 1.0, "°"),
     "tilt_max_deg": Measure("tilt, largest", 1.0, "°"),

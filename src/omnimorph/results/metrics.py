@@ -48,7 +48,7 @@ class Metrics:
         Mean of ‖e_R‖ = sin θ, e_R = ½ (Rᵀ R_d − R_dᵀ R)^∨, which the paper calls attitude error.
     drag_energy_J : float
         Σ h Σ_i c_tau |w_i|³ over rows 1 … K−1 (the speed at the end of each step acted over it):
-        what the rotors spent against drag; w is the actual speed.
+        the rotor drag energy; w is the actual speed.
     drag_energy_paper : float
         The same with w in Hz and the torque per Hz², as the paper counts: `drag_energy_J` / 2π.
     acceleration_energy_J : float

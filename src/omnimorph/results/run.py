@@ -57,7 +57,7 @@ class Provenance:
     version : str
         Of omnimorph.
     content_hash : str
-        SHA-256 over the columns, the outcome and this record, as `Run.content_hash` tells it; set
+        SHA-256 over the columns, the outcome and this record, as `Run.content_hash` gives it; set
         in a run that was read from a file, "" in one that has not been stored.
     """
 

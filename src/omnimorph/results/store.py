@@ -130,7 +130,7 @@ class _OutputFile(io.FileIO):
     """A file whose first failure to write is kept, and hidden from HDF5.
 
     HDF5 cannot close a file it cannot write to, and then fails again when the process ends. So it
-    is told that all went well, and the reason comes out clean: `failure`.
+    hears that all went well, and the reason comes out clean: `failure`.
     """
 
     def __init__(self, path: Path) -> None:

@@ -25,7 +25,7 @@ _NAME = re.compile(r"\.omnimorph-[0-9a-f]{12}\.part")
 
 
 def is_temporary(path: Path) -> bool:
-    """Tell by its name whether a path is one that `temporary_in` gave to somebody."""
+    """Say by its name whether a path is one that `temporary_in` gave to somebody."""
     return _NAME.fullmatch(path.name) is not None
 
 

@@ -70,7 +70,7 @@ def fly(
     Returns
     -------
     Run
-        Complete, or up to the step at which the flight ended; `Run.outcome` tells.
+        Complete, or up to the step at which the flight ended; see `Run.outcome`.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def fly(
     written = {name: described(part) for name, part in parts.items() if part is not None}
     with in_flight(parts):
         loop = _Loop(scenario, seed=seed, flight=flight)
-        loop.told |= written
+        loop.notes |= written
         if controller is None and allocator is None and disturbance is None:
             loop.fly_in_core(progress)
         else:

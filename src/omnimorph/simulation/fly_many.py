@@ -87,7 +87,7 @@ def fly_many(
         Another plant, or its name or file, such as ``perfect``.
     precision : "float64" or "float32"
         Single precision is about twice as fast. Over the catalogue's tours it is good to 40 µm and
-        40 µrad; where a flat cost leaves the tilt to rounding it is another flight
+        40 µrad; where a nearly constant cost leaves the tilt to rounding it is another flight
         (``docs/many-flights.md``).
     threads : int, optional
         All cores by default.

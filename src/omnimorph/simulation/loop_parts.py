@@ -140,7 +140,7 @@ class Flown(NamedTuple):
 
 
 def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
-    """Return the rows flown as a run; `written` is what the scenario does not tell of it."""
+    """Return the rows flown as a run; `written` is what the scenario does not say of it."""
     plant = scenario.plant
     time = np.arange(flown.rows, dtype=np.float64) * plant.physics_step
     columns = {name: column[: flown.rows] for name, column in flown.columns.items()}

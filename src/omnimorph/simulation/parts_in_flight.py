@@ -50,7 +50,7 @@ def in_flight(parts: Mapping[str, object]) -> Iterator[None]:
 
 
 def _is_stateless(part: object) -> bool:
-    """Tell whether a part surely remembers nothing: a plain function or a frozen record."""
+    """Return whether a part surely remembers nothing: a plain function or a frozen record."""
     if inspect.isfunction(part):
         return part.__closure__ is None
     settings = getattr(type(part), "__dataclass_params__", None)

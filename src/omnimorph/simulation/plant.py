@@ -237,7 +237,7 @@ class SimulatedPlant:
         return self._flight.wrench_achieved()
 
     def measure(self) -> State:
-        """Return the motion as the controller is told it, with this control step's noise."""
+        """Return the motion as the controller measures it, with this control step's noise."""
         return as_state(self._flight.measure())
 
     def send(self, command: Command) -> None:

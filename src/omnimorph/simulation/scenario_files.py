@@ -216,7 +216,7 @@ def _is_proposed(document: Document) -> bool:
 
 
 def _check_told_once(document: Document, file: str) -> None:
-    """Refuse a controller that is proposed and told: nobody could see which of them flies."""
+    """Refuse a controller that is proposed and stated: nobody could see which of them flies."""
     if not _is_proposed(document):
         return
     told = {*file_model(TrackingGains, allocator=(Any, None)).model_fields}
@@ -283,7 +283,7 @@ def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledRe
 
 
 def _named(file: str, build: Callable[[], Built]) -> Built:
-    """Build something of a file's content; what it refuses is told with the file's name.
+    """Build something of a file's content; what it refuses is reported with the file's name.
 
     A refusal that names another file, in which the mistake is, stays as it is.
     """

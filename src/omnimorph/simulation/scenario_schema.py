@@ -148,7 +148,7 @@ class PlantFile(Table):
 
 
 def _table_or_name(value: Any) -> str:
-    """Tell which of the two a plant in a scenario is, so that only its own mistakes are told."""
+    """Return which of the two a plant in a scenario is: only its own mistakes are reported."""
     return "table" if isinstance(value, dict | PlantTable) else "name"
 
 
@@ -160,7 +160,7 @@ AnyPlant = Annotated[
 
 
 def _proposed_or_told(value: Any) -> str:
-    """Tell which of the two a controller is, so that only its own mistakes are told."""
+    """Return which of the two a controller is, so that only its own mistakes are reported."""
     proposed = value.get("proposed") if isinstance(value, dict) else getattr(value, "proposed", 0)
     return "ProposedTable" if proposed is True else TrackingGains.__name__
 

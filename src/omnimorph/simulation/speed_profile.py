@@ -1,4 +1,4 @@
-"""What rotors are told on a test stand: speeds over time, such as steps of all but one."""
+"""What rotors are commanded on a test stand: speeds over time, such as steps of all but one."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def checked_rotor(vehicle: Vehicle, rotor: object) -> int:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SpeedProfile:
-    """The speeds that all rotors are told, held from one change to the next.
+    """The commanded speeds of all rotors, held from one change to the next.
 
     Attributes
     ----------

@@ -56,7 +56,7 @@ class SteppedFlight:
     ----------
     columns : mapping of str to array
         Of a run, by name, read-only, filled up to `row`; rows after that are not yet flown.
-    told : dict
+    notes : dict
         What the run's provenance says beside the scenario; what is done to the flight is in it.
 
     Examples
@@ -85,7 +85,7 @@ class SteppedFlight:
             **parts._asdict(), seed=self._seed, flight=self._flight, is_recorded=True
         )
         self.columns = MappingProxyType(self.core.columns())
-        self.told: dict[str, Any] = {}
+        self.notes: dict[str, Any] = {}
         self._began = perf_counter()
 
     @property
@@ -154,7 +154,7 @@ class SteppedFlight:
             other.lateral_force,
         )
         self.core.change_controller(settings)
-        self.tell("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
+        self.note("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
 
     def set_effectiveness(self, share: FloatArray) -> None:
         """Let each rotor give a share of its thrust from now on: 1 what the plant gives, 0 none.
@@ -170,7 +170,7 @@ class SteppedFlight:
             allowed = f"{n} shares of the thrust, finite and not negative"
             raise ScenarioError.at("the flight", "effectiveness", share, allowed)
         self.core.set_effectiveness(shares * self._shares_of_plant())
-        self.tell("effectiveness", share=shares.tolist())
+        self.note("effectiveness", share=shares.tolist())
 
     def _shares_of_plant(self) -> FloatArray:
         shares = np.ones(self.scenario.vehicle.n_rotors)
@@ -179,10 +179,10 @@ class SteppedFlight:
                 shares *= effect.share
         return shares
 
-    def tell(self, kind: str, **what: Any) -> None:
+    def note(self, kind: str, **what: Any) -> None:
         """Note in the provenance what was done to the flight, and when."""
         event = {"kind": kind, "time_s": round(self.time, 9), **what}
-        self.told.setdefault("events", []).append(event)
+        self.notes.setdefault("events", []).append(event)
 
     def as_run(self) -> Run:
         """Return the rows flown so far as a run."""
@@ -196,4 +196,4 @@ class SteppedFlight:
             max(perf_counter() - self._began, math.ulp(1.0)),
             truth.drag_coefficient,
         )
-        return as_run(self.scenario, flown, self.told)
+        return as_run(self.scenario, flown, self.notes)

@@ -175,7 +175,7 @@ class ThrustStand:
     Attributes
     ----------
     vehicle : Vehicle
-        As its motor drivers know it: they are told speeds.
+        As its motor drivers know it: their commands are speeds.
     rotor : int
         The one on the sensor, from 0.
     tilt : float or (m,) array, rad
@@ -339,7 +339,7 @@ class ThrustStand:
         return settings
 
     def _commands(self, profile: SpeedProfile) -> FloatArray:
-        """Return the thrusts, (K, n), N, by which the motor drivers are told their speeds."""
+        """Return the thrusts, (K, n), N, from which the motor drivers get their speeds."""
         vehicle, speed = self.vehicle, profile.speed
         if speed.shape[1] != vehicle.n_rotors:
             allowed = f"one for each of the {vehicle.n_rotors} rotors of vehicle {vehicle.name}"

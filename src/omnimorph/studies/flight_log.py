@@ -1,6 +1,6 @@
 """Finished flights, kept on disk as they finish, so that a study that was interrupted can go on.
 
-A text file of one JSON object a line. A line tells which flight it is (its key), what came of it,
+A text file of one JSON object a line. A line says which flight it is (its key), what came of it,
 and a hash over both: a line that was cut off, or changed by hand, is not believed and flown again.
 """
 
@@ -74,7 +74,7 @@ def _build() -> str:
 
 
 def is_flight_log(path: Path) -> bool:
-    """Tell whether a file is a log of this kind, whatever its flights are."""
+    """Return whether a file is a log of this kind, whatever its flights are."""
     try:
         with open_input(path, RunFileError) as file:
             return file.read(len(_HEADER)) == _HEADER.encode()

@@ -1,4 +1,4 @@
-"""Servos and the way of a command: rate, lag, stops, delay, control period."""
+"""Servos and the course of a command: rate, lag, stops, delay, control period."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def servo_with_rate_and_lag() -> Result:
 
 @case("the catalogue's limits, 0° and 60°")
 def servo_stops_at_its_limits() -> Result:
-    """The tilt does not leave its limits, whatever it is told and however it gets there."""
+    """The tilt does not leave its limits, whatever is commanded and however it gets there."""
     errors = []
     for effects in ((), (ServoRateLimit(),), (ServoLag(time_constant=0.05),)):
         errors.append(max(_tilts(0.0, 2.0, 1500, *effects)) - np.pi / 3)

@@ -39,7 +39,7 @@ def hover_scenario(tilt: float, R_WB: FloatArray, duration: float = 4.0) -> Scen
 
 
 def can_hover(tilt: float, R_WB: FloatArray) -> bool:
-    """Tell whether thrusts within limits hold the weight without a moment: a linear programme."""
+    """Return whether thrusts within limits hold the weight without a moment: a linear programme."""
     from scipy.optimize import linprog
 
     vehicle = omnimorph()

@@ -96,7 +96,7 @@ def filtered_noise_is_the_white_noise_filtered() -> Result:
 
 @case("definition: one draw a control step")
 def measuring_again_tells_the_same() -> Result:
-    """Whoever looks twice within a control step, with or without filters, is told the same."""
+    """Whoever looks twice within a control step, with or without filters, sees the same."""
     vehicle = omnimorph().replace(filter_cutoff=np.full(4, 10.0 * TURN))
     errors = []
     for filtered in (False, True):
@@ -111,7 +111,7 @@ def measuring_again_tells_the_same() -> Result:
 
 @case("definition: the noise of step k depends on (seed, flight, k) alone")
 def measuring_seldom_tells_the_same() -> Result:
-    """Whoever looks now and then is told what somebody who looks at each control step is told."""
+    """Whoever looks now and then sees what somebody who looks at each control step sees."""
     vehicle = omnimorph().replace(filter_cutoff=np.full(4, 10.0 * TURN))
     noise = MeasurementNoise(position=1e-3, velocity=1e-2, filtered=True)
     often, seldom = (SimulatedPlant(vehicle, PlantModel(effects=(noise,))) for _ in range(2))

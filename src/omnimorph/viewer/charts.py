@@ -33,6 +33,7 @@ _SHADES = (
 _DASHES: tuple[list[int], ...] = ([], [6, 4])
 _FITTED = {"min": {"pad": 0.0, "soft": 0.0, "mode": 1}, "max": {"pad": 0.04}}  # from 0 or below
 _LIMIT = {"stroke": colours.css(colours.GREY), "dash": [2, 4], "width": 1}
+_LIMIT_KEY = (("dotted: limits", colours.GREY),)
 _NOW = {
     "stroke": colours.css(colours.INK),
     "width": 1.5,
@@ -93,19 +94,20 @@ def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     servos = max((flight.vehicle.servo_name for flight in flights), key=len)
     if servos:
         limits = {limit for flight in flights for limit in _tilt_limits(flight)}
-        key = _key(servos) if len(servos) > 1 else whose
-        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits)), key))
+        key = _key(servos) + _lines(names) if len(servos) > 1 else whose
+        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits)), key + _LIMIT_KEY))
     limits = {limit for flight in flights for limit in _speed_limits(flight)}
     rotors = _key([str(i) for i in range(max(f.vehicle.n_rotors for f in flights))])
-    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), rotors))
+    key = rotors + _lines(names) + _LIMIT_KEY
+    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), key))
     power = _one_each(flights, lambda f: f.run.drag_power)
-    return [*charts, Chart("power against drag, W", power, (), whose)]
+    return [*charts, Chart("rotor drag power, W", power, (), whose)]
 
 
 def add_plots(server: Any, flights: Sequence[Flight]) -> Charts:
     """Add the plots of one or two flights on the left of a page, its controls on the right."""
     panel = server.gui.add_panel()
-    with panel.add_tab("Plots"):
+    with panel.add_tab("Plots over time, s"):
         charts = Charts(server, charts_of(flights))
     server.gui.main_panel.dock_right()
     panel.dock_left()
@@ -225,7 +227,7 @@ def _tilts(flights: Sequence[Flight]) -> tuple[Curve, ...]:
     for k, flight in enumerate(flights):
         names = flight.vehicle.servo_name
         for j, angle in enumerate(np.degrees(flight.run.tilt_actual).T):
-            shade = _SHADES[(j + k) % len(_SHADES)]
+            shade = _SHADES[(j if len(names) > 1 else k) % len(_SHADES)]
             label = f"{flight.name} {names[j]}"
             found.append(Curve(label, flight.run.time, angle, _look(shade, k)))
     return tuple(found)
@@ -246,9 +248,18 @@ def _key(words: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
     return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(words))
 
 
+def _lines(names: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
+    """Return which line is whose, where colours already stand for rotors or servos."""
+    return tuple(
+        (f"{look}: {name}", colours.INK)
+        for look, name in zip(("solid", "dashed"), names, strict=False)
+    )
+
+
 def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
+    one = "margin:0 5px;display:inline-block"
     words = "".join(
-        f'<span style="color:{colours.css(shade)};margin:0 5px">{html.escape(word)}</span>'
+        f'<span style="color:{colours.css(shade)};{one}">{html.escape(word)}</span>'
         for word, shade in key
     )
     style = "font-size:0.7rem;font-weight:600;text-align:center;line-height:1.2"

@@ -1,4 +1,4 @@
-"""Colours that everyone can tell apart: the palette of Okabe and Ito, and two scales."""
+"""Colours that everyone can distinguish: the palette of Okabe and Ito, and two scales."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from omnimorph.analysis.attitude_share import AttitudeShare, attitude_share
 from omnimorph.analysis.hover import HoverPoint, hover, hover_power, sphere_directions
 from omnimorph.analysis.omnidirectional import tilt_of_largest_radius
 from omnimorph.analysis.platform import Platform, platform
-from omnimorph.analysis.polytope import Ball, Polytope
+from omnimorph.analysis.polytope import Polytope, Sphere
 from omnimorph.analysis.wrench_set import force_set, moment_set
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
@@ -59,8 +59,8 @@ class Design:
     def of(cls, base: Vehicle, tilt: FloatArray | None = None) -> Design:
         """Return a vehicle as its file has it, at a tilt.
 
-        By default where the largest ball of forces without a moment is largest, as `analyze` has
-        it, if all rotors share one servo; else at the tilt nearest to zero.
+        By default where the inscribed sphere of the forces at zero moment is largest, as
+        `analyze` has it, if all rotors share one servo; else at the tilt nearest to zero.
         """
         if tilt is None and base.n_servos == 1:
             tilt = np.array([tilt_of_largest_radius(base)])
@@ -95,7 +95,7 @@ class Design:
             tilt=self.tilt,
             forces=forces,
             moments=moment_set(vehicle, self.tilt),
-            ball=None if forces.is_empty else forces.ball(),
+            sphere=None if forces.is_empty else forces.inscribed_sphere(),
             weight=vehicle.mass * GRAVITY,
             level=hover(vehicle, self.tilt),
             power=hover_power(vehicle, self.tilt, ATTITUDES),
@@ -114,8 +114,8 @@ class View(NamedTuple):
     tilt : (m,) array, rad
     forces, moments : Polytope
         In N and N m, in B.
-    ball : Ball or None
-        The largest ball of forces about zero, and where it touches: the weakest direction.
+    sphere : Sphere or None
+        The inscribed sphere of the forces about zero, and where it touches: the weakest direction.
     weight : float, N
     level : HoverPoint
         Hovering level.
@@ -133,7 +133,7 @@ class View(NamedTuple):
     tilt: FloatArray
     forces: Polytope
     moments: Polytope
-    ball: Ball | None
+    sphere: Sphere | None
     weight: float
     level: HoverPoint
     power: FloatArray
@@ -181,7 +181,7 @@ def scales_of(vehicle: Vehicle) -> Scales:
 
 
 def is_cube(vehicle: Vehicle) -> bool:
-    """Tell whether the rotors sit at the corners of a cube, so that it has a half-edge."""
+    """Return whether the rotors sit at the corners of a cube, so that it has a half-edge."""
     corners = np.abs(vehicle.rotor_position)
     return bool(np.allclose(corners, corners[0, 0], rtol=1e-9) and corners[0, 0] > 0.0)
 

@@ -11,7 +11,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 from omnimorph.viewer import colours
 from omnimorph.viewer.design import ATTITUDES, Scales, View
-from omnimorph.viewer.shapes import ball, polytope_mesh, tile, turned_to, wxyz_of
+from omnimorph.viewer.shapes import polytope_mesh, sphere, tile, turned_to, wxyz_of
 from omnimorph.viewer.stage import place_camera
 from omnimorph.viewer.tables import shown_number
 from omnimorph.viewer.vehicle_solid import VehicleSolid, drawn_arrows
@@ -28,8 +28,8 @@ _WORDS = np.array([0.0, 0.0, 1.22])
 class DesignScene:
     """Four pictures that stand side by side and change together.
 
-    Top left the vehicle hovering level, top right its forces with the ball of its weight and the
-    largest ball inside, bottom left its moments, bottom right the hover power by attitude: a point
+    Top left the vehicle hovering level, top right its forces with the weight sphere and the
+    inscribed sphere, bottom left its moments, bottom right the hover power by attitude: a point
     of that sphere is the vertical seen from the body.
 
     Parameters
@@ -63,8 +63,8 @@ class DesignScene:
         self._solid = self._built(view.vehicle)
         self._forces = _Solid(self._scene, "/forces", _FORCES, colours.SKY)
         self._moments = _Solid(self._scene, "/moments", _MOMENTS, colours.PURPLE)
-        self._weight = self._ball("/weight", colours.ORANGE, 0.4)
-        self._inside = self._ball("/inscribed", colours.GREEN, 0.45)
+        self._weight = self._sphere("/weight", colours.ORANGE, 0.4)
+        self._inside = self._sphere("/inscribed", colours.GREEN, 0.45)
         self._witness: Any = None
         self._tiles = self._sphere_of_tiles()
         for name, place in (("/axes-forces", _FORCES), ("/axes-moments", _MOMENTS)):
@@ -78,7 +78,7 @@ class DesignScene:
             self._show_vehicle(view)
             self._forces.show(view.forces, self._scales.force)
             self._moments.show(view.moments, self._scales.moment)
-            self._show_balls(view)
+            self._show_spheres(view)
             self._show_power(view)
             self._write_captions(view)
 
@@ -102,12 +102,12 @@ class DesignScene:
         solid.root.position = _VEHICLE
         return solid
 
-    def _show_balls(self, view: View) -> None:
+    def _show_spheres(self, view: View) -> None:
         self._weight.scale = view.weight / self._scales.force
-        radius = 0.0 if view.ball is None else view.ball.radius / self._scales.force
+        radius = 0.0 if view.sphere is None else view.sphere.radius / self._scales.force
         self._inside.visible = radius > 0.0
         self._inside.scale = max(radius, 1e-6)
-        tip = np.zeros(3) if view.ball is None else radius * view.ball.direction
+        tip = np.zeros(3) if view.sphere is None else radius * view.sphere.direction
         points = np.array([[_FORCES, _FORCES + tip + (1e-6, 0.0, 0.0)]])
         shade = [colours.VERMILLION]
         self._witness = drawn_arrows(self._scene, self._witness, "/witness", points, shade, 0.35)
@@ -120,19 +120,20 @@ class DesignScene:
         self._tiles.batched_colors = colours.of_instances(shades)
 
     def _write_captions(self, view: View) -> None:
-        tilt = ", ".join(f"{angle:.1f}" for angle in np.degrees(view.tilt))
+        angles = [f"{angle:.1f}°" for angle in sorted(np.degrees(view.tilt))]
+        tilt = " to ".join(dict.fromkeys([*angles[:1], *angles[-1:]]))  # of several, the range
+        radius = 0.0 if view.sphere is None else view.sphere.radius
         words = [
-            f"{view.vehicle.name}, tilt {tilt}°" if tilt else view.vehicle.name,
-            f"forces: ball {shown_number(0.0 if view.ball is None else view.ball.radius)} N, "
-            f"weight {shown_number(view.weight)} N",
-            f"moments: ball {shown_number(view.moments.inscribed_radius)} N m",
+            f"{view.vehicle.name}, tilt {tilt}" if tilt else view.vehicle.name,
+            f"forces: inscribed sphere {shown_number(radius)} N",
+            f"moments: inscribed sphere {shown_number(view.moments.inscribed_radius)} N m",
             "hover power by attitude",
         ]
         for caption, text in zip(self._captions, words, strict=True):
             caption.text = text
 
-    def _ball(self, name: str, colour: Any, opacity: float) -> Any:
-        mesh = ball(1.0, rings=20)
+    def _sphere(self, name: str, colour: Any, opacity: float) -> Any:
+        mesh = sphere(1.0, rings=20)
         return self._scene.add_mesh_simple(
             name,
             mesh.vertices,
@@ -146,7 +147,7 @@ class DesignScene:
         )
 
     def _sphere_of_tiles(self) -> Any:
-        inside = ball(0.985 * _HOVER_RADIUS, _HOVER, rings=16)
+        inside = sphere(0.985 * _HOVER_RADIUS, _HOVER, rings=16)
         self._scene.add_mesh_simple(
             "/hover-inside",
             inside.vertices,

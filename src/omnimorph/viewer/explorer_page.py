@@ -183,17 +183,17 @@ class ExplorerPage:
 
 def numbers_of(view: View) -> list[Row]:
     """Return the numbers beside the picture: key, words, unit, value."""
-    forces = 0.0 if view.ball is None else view.ball.radius
+    forces = 0.0 if view.sphere is None else view.sphere.radius
     return [
         *_class_rows(view),
         Row("rank", "rank of A", "", [str(view.actuation.rank_thrust)]),
         Row("weight", "weight", "N", [shown_number(view.weight)]),
-        Row("force-radius", "largest ball of forces", "N", [shown_number(forces)]),
+        Row("force-radius", "inscribed sphere of forces, radius", "N", [shown_number(forces)]),
         Row("weakest", "weakest direction", "", [_direction(view)]),
         Row("lift", "largest force upwards", "N", [_lift(view)]),
         Row(
             "moment-radius",
-            "largest ball of moments",
+            "inscribed sphere of moments, radius",
             "N m",
             [shown_number(view.moments.inscribed_radius)],
         ),
@@ -220,10 +220,10 @@ def _class_rows(view: View) -> list[Row]:
 
 
 def _direction(view: View) -> str:
-    if view.ball is None or view.ball.radius == 0.0:
+    if view.sphere is None or view.sphere.radius == 0.0:
         return "—"
-    direction = ", ".join(f"{coordinate:.2f}" for coordinate in view.ball.direction)
-    touched = int((view.forces.offsets <= view.ball.radius * (1.0 + 1e-9)).sum())
+    direction = ", ".join(f"{coordinate:.2f}" for coordinate in view.sphere.direction)
+    touched = int((view.forces.offsets <= view.sphere.radius * (1.0 + 1e-9)).sum())
     return direction if touched == 1 else f"{direction}; one of {touched}"
 
 

@@ -29,13 +29,13 @@ _TRAIL_SECONDS = 3.0
 
 
 class Rhythm:
-    """Tells whether it is time again for what is done so often a second."""
+    """Says whether it is time again for what is done so often a second."""
 
     def __init__(self, per_second: float) -> None:
         self._period, self._last = 1.0 / per_second, -1e9
 
     def is_due(self, now: float) -> bool:
-        """Tell whether a period has passed at a time, s, since it was told so last."""
+        """Return whether a period has passed at a time, s, since it last had."""
         due = now - self._last >= self._period
         self._last = now if due else self._last
         return due
@@ -59,8 +59,8 @@ class FlightScene:
         reach = max(reach_of(flight.vehicle) for flight in flights)
         width = max(float(np.ptp(path[:, 0])) for path in paths) + 2.6 * reach
         besides = [np.array([width * k, 0.0, 0.0]) for k in range(len(flights))]
-        ways = [path + beside for path, beside in zip(paths, besides, strict=True)]
-        ground, self.camera = set_stage(server, ways, reach)
+        shifted = [path + beside for path, beside in zip(paths, besides, strict=True)]
+        ground, self.camera = set_stage(server, shifted, reach)
         self.actors = [
             Actor(
                 server,
@@ -76,7 +76,7 @@ class FlightScene:
         self.show(0.0)
 
     def close_up(self, frames: Sequence[Frame]) -> tuple[FloatArray, FloatArray]:
-        """Return a camera that looks at the vehicles as they are, without the whole way."""
+        """Return a camera that looks at the vehicles as they are, without the whole path."""
         at = [actor.middle(frame) for actor, frame in zip(self.actors, frames, strict=True)]
         middle = np.mean(at, axis=0)
         reach = max(reach_of(flight.vehicle) for flight in self.flights)
@@ -237,8 +237,10 @@ def numbers_of(flights: Sequence[Flight], frames: Sequence[Frame]) -> list[Row]:
         *rows,
         row("fastest-rotor", "fastest rotor", "Hz", lambda _, f: f"{_fastest(f):.2f}"),
         row("largest-thrust", "largest thrust", "N", lambda _, f: _decimals(_strongest(f), 3)),
-        row("power", "power", "W", lambda _, f: _decimals(f.power, 1)),
-        row("missed-force", "missed force", "N", lambda _, f: _decimals(_norm(f.missed_W), 3)),
+        row("power", "rotor drag power", "W", lambda _, f: _decimals(f.power, 1)),
+        row(
+            "missed-force", "force not achieved", "N", lambda _, f: _decimals(_norm(f.missed_W), 3)
+        ),
     ]
 
 
@@ -256,7 +258,7 @@ def notices(
         if at_limit:
             lines.append(f"{name}at the limit: rotor {', '.join(at_limit)}")
         if _norm(frame.missed_W) > MISSED * flight.vehicle.mass * GRAVITY:
-            lines.append(f"{name}force missed: {_norm(frame.missed_W):.2f} N")
+            lines.append(f"{name}force not achieved: {_norm(frame.missed_W):.2f} N")
         if frame.time >= flight.duration if at_the_end is None else at_the_end:
             lines.append(f"{name}{html.escape(flight.run.outcome_sentence)}")
     shade = "background:#fdf1e3;border-left:3px solid #d55e00;padding:4px 8px;margin:4px 8px"
@@ -265,7 +267,7 @@ def notices(
 
 
 def _trail(flight: Flight, row: int) -> FloatArray:
-    """Return the way of the last seconds, thinned to what the eye can see."""
+    """Return the path of the last seconds, thinned to what the eye can see."""
     length = round(_TRAIL_SECONDS / flight.run.provenance.physics_step)
     rows = np.unique(np.linspace(max(row - length, 0), row, 60).astype(np.int64))
     return flight.run.p_WB[rows]

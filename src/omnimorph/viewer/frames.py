@@ -45,13 +45,13 @@ class Frame(NamedTuple):
     turns : (n,) array, rad
         How far the blades have turned about their thrust axes, slowed down for the eye.
     thrust : (n,) array, N
-        Actual, signed; not a number if the run does not tell.
+        Actual, signed; not a number if the run does not say.
     active : (n,) array
         −1 or 1 where the commanded thrust is at its lower or upper limit.
     missed_W : (3,) array, N
         Force asked for that the rotors do not make, in W; not a number if nobody asked for one.
     power : float
-        Against drag, W.
+        Rotor drag power, W.
     position_error_mm, attitude_error_deg : float
         Distance and angle between the actual and the desired pose.
     """
@@ -115,7 +115,7 @@ class Flight:
 
     @property
     def path(self) -> FloatArray:
-        """The whole way, thinned for the screen: (K, 3) m."""
+        """The whole path, thinned for the screen: (K, 3) m."""
         return self.run.p_WB[:: max(len(self.run.time) // _MOST_ROWS_OF_PATH, 1)]
 
     @cached_property
@@ -145,7 +145,7 @@ class Flight:
 
 
 def can_be_shown(columns: Mapping[str, Any], rows: slice) -> NDArray[np.bool_]:
-    """Tell which of some rows of a run's columns can be shown: finite, and within sight."""
+    """Return which of some rows of a run's columns can be shown: finite, and within sight."""
     p = columns["p_WB"][rows]
     seen = (p, columns["R_WB"][rows], columns["speed"][rows], columns["tilt_actual"][rows])
     finite = [np.isfinite(part.reshape(len(p), -1)).all(axis=1) for part in seen]
@@ -168,7 +168,7 @@ def frame_of(
     turns : (n,) array, rad
         See `Frame`.
     power : float, W
-        Against drag.
+        Rotor drag power.
     """
 
     def at(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Who may use a page, and what it may ask for: viser answers anybody and takes what it is told.
+"""Who may use a page, and what it may ask for: viser answers anybody and takes what it is sent.
 
 viser has no hook for this. While a server starts, the one function with which viser opens its port
 is replaced by one that checks each request before it is answered, and each message before viser
@@ -56,7 +56,7 @@ class Guard:
     Attributes
     ----------
     token : str
-        The part of the address that only those know who were told.
+        The part of the address that only those know to whom it was given.
     dropped : int
         How many messages no control of the page could have sent.
     takes_pictures : bool
@@ -76,7 +76,7 @@ class Guard:
         self._when_faulty.append(call)
 
     def fault(self, error: Exception) -> None:
-        """Tell of a fault of the page."""
+        """Report a fault of the page."""
         for call in self._when_faulty:
             call(error)
 
@@ -140,10 +140,10 @@ class Guard:
         return serve(converse, *where, process_request=answer, **options)
 
     def _admits(self, request: Any) -> bool:
-        """Tell whether a request is for this page, from this page, and knows its address.
+        """Return whether a request is for this page, from this page, and knows its address.
 
-        A browser tells in Host what it was asked to open, and in Origin which page asks; only a
-        page of this server has both the same. Programs that are no browser tell no Origin.
+        A browser says in Host what it was asked to open, and in Origin which page asks; only a
+        page of this server has both the same. Programs that are no browser send no Origin.
         """
         hosts, origins = (request.headers.get_all(name) for name in ("Host", "Origin"))
         if len(hosts) != 1 or not self._is_served(hosts[0].lower()):
@@ -154,7 +154,7 @@ class Guard:
         return secrets.compare_digest(asked, self.token.encode())
 
     def _is_served(self, host: str) -> bool:
-        """Tell whether a Host is a name of this server.
+        """Return whether a Host is a name of this server.
 
         What must be kept out is a name of others that is made to point here (DNS rebinding). So
         the host that was asked for and those of loopback are allowed; where others may reach the
@@ -172,7 +172,7 @@ class Guard:
         return is_own and not is_loopback(self._host)
 
     def _is_in_order(self, raw: Any) -> bool:
-        """Tell whether a message is one that the page may send; viser would take any."""
+        """Return whether a message is one that the page may send; viser would take any."""
         known: dict[str, Callable[..., bool]]
         known = {"GuiUpdateMessage": self._is_update, "ViewerCameraMessage": _is_camera}
         if self.takes_pictures:
@@ -186,11 +186,11 @@ class Guard:
             return False
 
     def _is_update(self, *, uuid: str, updates: dict[str, Any]) -> bool:
-        """Tell whether a control that is there has been moved to where it can be."""
+        """Return whether a control that is there has been moved to where it can be."""
         return updates.keys() == {"value"} and _can_be(self._controls[uuid], updates["value"])
 
     def _catches_faults(self, server: Any) -> bool:
-        """Let the callbacks of a server tell of their exceptions here, not in a traceback."""
+        """Let the callbacks of a server report their exceptions here, not in a traceback."""
         pool = server._thread_executor
         submit = pool.submit
 
@@ -223,7 +223,7 @@ class Guard:
 
 
 def _can_be(control: Any, value: Any) -> bool:
-    """Tell whether a control of the page can have a value."""
+    """Return whether a control of the page can have a value."""
     if isinstance(control, viser.GuiSliderHandle):
         low, high = control.min - _ROUNDING, control.max + _ROUNDING
         return _are_numbers(value) and bool(low <= value <= high)
@@ -237,7 +237,7 @@ def _can_be(control: Any, value: Any) -> bool:
 def _is_camera(
     *, fov: Any, near: Any, far: Any, image_height: Any, image_width: Any, **vectors: Any
 ) -> bool:
-    """Tell whether a message says from where somebody looks."""
+    """Return whether a message says from where somebody looks."""
     numbers = [fov, near, far, image_height, image_width, *itertools.chain(*vectors.values())]
     return (
         {name: len(vector) for name, vector in vectors.items()} == _VECTORS_OF_CAMERA

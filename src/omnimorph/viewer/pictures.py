@@ -277,5 +277,5 @@ def _write_with_ffmpeg(
         _, complaint = encoder.communicate()
     if encoder.returncode != 0:
         told = complaint.decode(errors="replace").strip().splitlines()
-        reason = told[-1] if told else "it told no reason"
+        reason = told[-1] if told else "it gave no reason"
         raise InputError(f"ffmpeg could not write the video: {reason}.")

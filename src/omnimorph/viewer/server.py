@@ -76,7 +76,7 @@ def new_server(host: str = LOOPBACK, port: int = 0) -> Viser:
 
 
 def address_of(server: Viser, host: str = LOOPBACK) -> str:
-    """Return the address of a page, with what only those know who were told it."""
+    """Return the address of a page, with what only those know to whom it was given."""
     return f"http://{host}:{server.get_port()}/{server.guard.token}/"
 
 
@@ -103,7 +103,7 @@ def viser_module() -> Any:
 
 
 def is_loopback(host: str) -> bool:
-    """Tell whether a host can be reached from this machine alone."""
+    """Return whether a host can be reached from this machine alone."""
     address = in_numbers(host)
     return host.lower() == "localhost" if address is None else address.is_loopback
 

@@ -15,7 +15,7 @@ from omnimorph.protocols import FloatArray
 __all__ = [
     "Mesh",
     "across",
-    "ball",
+    "sphere",
     "blades",
     "disc",
     "frame_of",
@@ -50,8 +50,8 @@ def joined(meshes: list[Mesh]) -> Mesh:
     return Mesh(np.vstack([mesh.vertices for mesh in meshes]), np.vstack(faces))
 
 
-def ball(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), rings: int = 10) -> Mesh:
-    """Return a ball; `rings` circles of latitude, twice as many of longitude."""
+def sphere(radius: float, centre: ArrayLike = (0.0, 0.0, 0.0), rings: int = 10) -> Mesh:
+    """Return a sphere; `rings` circles of latitude, twice as many of longitude."""
     turn = np.linspace(0.0, np.pi, rings + 1)
     profile = radius * np.column_stack([np.sin(turn), -np.cos(turn)])
     return _revolved(profile, 2 * rings, np.eye(3), np.asarray(centre, dtype=np.float64))
@@ -105,14 +105,14 @@ def frame_of(vehicle: Vehicle) -> Mesh:
     """Return what carries the rotors: a hub in the middle, an arm to each, a motor at its end."""
     hubs, radius = vehicle.rotor_position, propeller_radius(vehicle)
     middle = np.zeros(3)
-    parts = [ball(0.34 * radius)]
+    parts = [sphere(0.34 * radius)]
     parts += [rod(middle, hub, 0.055 * radius) for hub in hubs if np.linalg.norm(hub) > 1e-9]
-    parts += [ball(0.13 * radius, hub, rings=6) for hub in hubs]
+    parts += [sphere(0.13 * radius, hub, rings=6) for hub in hubs]
     return joined(parts)
 
 
 def polytope_mesh(polytope: Polytope, thickness: float) -> Mesh:
-    """Return a set of R³ as a solid; a plate, a rod or a point gets a little thickness.
+    """Return a set of R³ as a solid; a plane, a line or a point gets a little thickness.
 
     Parameters
     ----------
@@ -129,11 +129,11 @@ def polytope_mesh(polytope: Polytope, thickness: float) -> Mesh:
         return _plate(polytope, thickness)
     if polytope.dimension == 1:
         return rod(corners[0], corners[-1], thickness)
-    return ball(2.0 * thickness, corners[0], rings=6)
+    return sphere(2.0 * thickness, corners[0], rings=6)
 
 
 def turned_to(axis: FloatArray) -> FloatArray:
-    """Return a rotation matrix, (3, 3), that turns z to a unit vector, as others do on the way."""
+    """Return a rotation matrix, (3, 3), that turns z to a unit vector, and others with it."""
     first = across(axis)
     return np.column_stack([first, np.cross(axis, first), axis])
 
@@ -187,7 +187,7 @@ def _fan(polygon: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _plate(polytope: Polytope, thickness: float) -> Mesh:
-    """Return a flat set with its two sides apart."""
+    """Return a plane set with its two sides apart."""
     rim, count = polytope.vertices, len(polytope.vertices)
     across_flat = np.cross(rim, np.roll(rim, -1, axis=0)).sum(axis=0)  # the rim goes round it
     half = 0.5 * thickness * across_flat / np.linalg.norm(across_flat)

@@ -50,7 +50,7 @@ class Actor:
     ground : float, m
         Height of the ground, on which a dark disc shows what it is above.
     path : (K, 3) array, m, optional
-        The whole way, drawn thinly.
+        The whole path, drawn thinly.
     label : str
         What hangs above it; nothing by default.
     """
@@ -100,7 +100,7 @@ class Actor:
         frame : Frame
             Of this vehicle.
         trail : (K, 3) array, m, optional
-            The way it came; by default the poses shown before.
+            The path it flew; by default the poses shown before.
         """
         self.solid.place(frame.p_WB, frame.wxyz)
         self.solid.show(frame.tilt, np.nan_to_num(frame.thrust), frame.turns, frame.active)
@@ -113,7 +113,7 @@ class Actor:
         self._show_trail(self._recent(frame) if trail is None else trail)
 
     def _is_apart(self, frame: Frame) -> bool:
-        """Tell whether the desired pose can be told from the actual one."""
+        """Return whether the desired pose can be distinguished from the actual one."""
         distance = 1e-3 * frame.position_error_mm
         return distance > 0.01 * self._reach or frame.attitude_error_deg > 1.0
 
@@ -141,16 +141,16 @@ class Actor:
         self._missed = drawn_arrows(self._scene, self._missed, name, points, shade, thick, shown)
         self._missed.visible = shown
 
-    def _show_trail(self, way: FloatArray) -> None:
-        if len(way) < 2:
-            way = np.repeat(way[:1], 2, axis=0)
-        segments = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
+    def _show_trail(self, path: FloatArray) -> None:
+        if len(path) < 2:
+            path = np.repeat(path[:1], 2, axis=0)
+        segments = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
         if self._trail is None:
-            self._trail = self._line(f"{self._name}/trail", way, colours.BLUE, _LINE)
+            self._trail = self._line(f"{self._name}/trail", path, colours.BLUE, _LINE)
         self._trail.points = segments
 
-    def _line(self, name: str, way: FloatArray, colour: Any, thickness: float) -> Any:
-        segments = np.stack([way[:-1], way[1:]], axis=1).astype(np.float32)
+    def _line(self, name: str, path: FloatArray, colour: Any, thickness: float) -> Any:
+        segments = np.stack([path[:-1], path[1:]], axis=1).astype(np.float32)
         return self._scene.add_line_segments(
             name, segments, colors=colour, thickness=thickness, thickness_units="screen"
         )
@@ -163,7 +163,7 @@ def vehicle_tilt_at_rest(vehicle: Vehicle) -> FloatArray:
 
 
 def set_stage(
-    server: Any, ways: Sequence[FloatArray], reach: float
+    server: Any, paths: Sequence[FloatArray], reach: float
 ) -> tuple[float, tuple[FloatArray, FloatArray]]:
     """Add the ground below some flights, and place the camera so that all of them are seen.
 
@@ -171,7 +171,7 @@ def set_stage(
     ----------
     server : viser.ViserServer
         Whose scene.
-    ways : sequence of (K, 3) arrays, m
+    paths : sequence of (K, 3) arrays, m
         Where the vehicles come, in the scene.
     reach : float, m
         Of the largest vehicle, see `reach_of`.
@@ -183,12 +183,12 @@ def set_stage(
     camera : two (3,) arrays, m
         Where it stands, and where it looks.
     """
-    low = np.min([way.min(axis=0) for way in ways], axis=0)
-    high = np.max([way.max(axis=0) for way in ways], axis=0)
+    low = np.min([path.min(axis=0) for path in paths], axis=0)
+    high = np.max([path.max(axis=0) for path in paths], axis=0)
     ground = min(0.0, float(low[2]) - 1.5 * reach)
     _add_ground(server, ground)
     across = 0.5 * float(np.linalg.norm(high - low)) + reach
-    camera = camera_for(0.5 * (low + high), across if len(ways) == 1 else 1.2 * across)
+    camera = camera_for(0.5 * (low + high), across if len(paths) == 1 else 1.2 * across)
     place_camera(server, *camera)
     return ground, camera
 
@@ -229,7 +229,7 @@ def _add_ground(server: Any, height: float = 0.0) -> None:
 
 
 def camera_for(middle: FloatArray, reach: float) -> tuple[FloatArray, FloatArray]:
-    """Return from where to look at a ball so that it fills the view, and where to: (3,) m each."""
+    """Return from where to look at a sphere that shall fill the view, and where to: (3,) m each."""
     towards = np.array([0.4, -1.0, 0.4])
     away = 1.2 * reach / np.sin(0.5 * FIELD_OF_VIEW)
     return middle + away * towards / np.linalg.norm(towards), middle

@@ -32,6 +32,7 @@ class Row(NamedTuple):
 
 
 _TABLE = "width:100%;border-collapse:collapse;font-size:0.8125rem;line-height:1.5"
+_UNIT = "color:#777;padding:1px 4px;white-space:nowrap"
 _NUMBER = "text-align:right;font-variant-numeric:tabular-nums;padding:1px 4px"
 
 
@@ -48,7 +49,7 @@ def number_table(rows: Sequence[Row], names: Sequence[str] = ()) -> str:
         )
         lines.append(
             f'<tr><td style="padding:1px 4px">{html.escape(words)}</td>{cells}'
-            f'<td style="color:#777;padding:1px 4px">{html.escape(unit)}</td></tr>'
+            f'<td style="{_UNIT}">{html.escape(unit)}</td></tr>'
         )
     return f'<div style="padding:2px 8px"><table style="{_TABLE}">{"".join(lines)}</table></div>'
 

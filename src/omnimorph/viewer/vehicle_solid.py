@@ -198,7 +198,7 @@ def drawn_arrows(
 
 
 def reach_of(vehicle: Vehicle) -> float:
-    """Return the radius of a ball about the centre of mass that holds the vehicle, m."""
+    """Return the radius of a sphere about the centre of mass that holds the vehicle, m."""
     hubs = np.linalg.norm(vehicle.rotor_position, axis=1)
     return float(hubs.max()) + propeller_radius(vehicle)
 

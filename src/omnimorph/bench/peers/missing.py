@@ -14,7 +14,7 @@ __all__ = ["NotInstalled", "imported", "quiet"]
 
 
 class NotInstalled(Exception):
-    """A peer that cannot be imported; its text is the sentence that tells so."""
+    """A peer that cannot be imported; its text is the sentence that says so."""
 
 
 def imported(package: str) -> Any:

@@ -50,7 +50,7 @@ class CommandDelay(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class MeasurementNoise(Effect):
-    """Gaussian noise on what the controller is told, one draw a control step.
+    """Gaussian noise on what the controller measures, one draw a control step.
 
     The noise of step k in flight j with seed s depends on (s, j, k) alone.
 

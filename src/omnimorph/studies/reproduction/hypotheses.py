@@ -82,7 +82,7 @@ class Hypothesis:
         return spread_of(self.flown[scenario], metric, MEASURES[metric].factor)
 
     def explains(self, claim: paper.PaperClaim) -> bool:
-        """Tell whether the number of a claim comes out under it."""
+        """Return whether the number of a claim comes out under it."""
         assert claim.value is not None
         here = self.spread(claim.about["scenario"], claim.about["metric"]).mean
         return is_near(here, claim.value)

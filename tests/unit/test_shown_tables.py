@@ -80,8 +80,10 @@ def test_measures_are_called_what_their_keys_say(part: str, words: str) -> None:
 def test_every_metric_is_shown_in_its_row_and_column() -> None:
     keys = [key for key in MEASURES if key != "unproven_steps"]
     hover = om.fly(om.load_scenario("hover")).metrics
-    first = replace(hover, unproven_steps=7, **{key: 1.0 + k / 7.0 for k, key in enumerate(keys)})
-    second = replace(hover, unproven_steps=9, **{key: 2.0 + k / 7.0 for k, key in enumerate(keys)})
+    first, second = (
+        replace(hover, **{key: begin + k / 7.0 for k, key in enumerate(keys)}, unproven_steps=steps)
+        for begin, steps in ((1.0, 7), (2.0, 9))
+    )
     table = metrics_table("", {"first": first, "second": second})
     rows = {row[0]: row[1:] for row in table.rows}
     for key, measure in MEASURES.items():

@@ -34,7 +34,7 @@ def build_vehicle(position: ArrayLike, axis: ArrayLike | None = None, **changes:
         "filter_cutoff": np.zeros(4),
     }
     of_rotors = {"thrust_coefficient": 1e-5, "drag_coefficient": 2e-7, "speed_max": 600.0}
-    of_rotors |= {"speed_min": -600.0, "rotor_spin": 1.0, "dead_band": 0.0, "spin_inertia": 0.0}
+    of_rotors |= {"speed_min": -600.0, "rotor_spin": 1.0, "dead_band": 0.0, "spin_inertia": 1e-5}
     of_rotors |= {"time_constant_up": 0.0, "time_constant_down": 0.0}
     of_servos = {"servo_angle_min": -1.0, "servo_angle_max": 1.0}
     of_servos |= {"servo_rate_max": 1.0, "servo_time_constant": 0.0}

@@ -35,6 +35,7 @@ speed_min_Hz = 0.0
 speed_max_Hz = 133.0
 time_constant_up_ms = 12.5
 time_constant_down_ms = 25.0
+spin_inertia_kg_m2 = 1e-5
 
 [assumed]
 mass_kg = "as said above"

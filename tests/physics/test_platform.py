@@ -111,3 +111,11 @@ def test_a_vehicle_too_heavy_to_hover_is_said_to_be() -> None:
     found = platform(build_star(4, mass=4.0))
     assert math.isinf(found.hover_power)
     assert found.lateral_over_weight == 0.0
+
+
+def test_servos_without_a_tilt_in_common_have_a_class_all_the_same() -> None:
+    """The hover power is asked at a common tilt only, so there is none."""
+    apart = {"servo_angle_min": [0.1, -0.5] * 2, "servo_angle_max": [0.5, -0.1] * 2}
+    found = platform(build_tilting_star(4, **apart))
+    assert math.isinf(found.hover_power)
+    assert found.thrust_kind is ThrustKind.MULTI_DIRECTIONAL

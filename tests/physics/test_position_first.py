@@ -70,8 +70,7 @@ def test_who_pushes_sideways_and_who_need_not_ask() -> None:
 
 @pytest.mark.parametrize("plant", ["perfect", "realistic"])
 def test_a_quadrotor_follows_a_way_that_is_asked_for_level(plant: str) -> None:
-    lags = {"time_constant_up": 0.02, "time_constant_down": 0.02}
-    quadrotor = build_star(4, spin_inertia=1e-5, **lags)
+    quadrotor = build_star(4, time_constant_up=0.02, time_constant_down=0.02)
     scenario = scenario_of(quadrotor, THERE_AND_BACK)
     run = om.fly(scenario, plant=plant)
     assert run.outcome is om.Outcome.COMPLETED

@@ -153,6 +153,20 @@ def test_reverse_that_pushes_less_is_told_apart() -> None:
     assert not fit.drag.separate
 
 
+def test_each_sense_of_rotation_is_fitted_without_its_outliers() -> None:
+    speed = staircase() * np.where(np.arange(120) % 2, 1.0, -1.0)
+    force = bench_run(speed, seed=3).force.copy()
+    force[[11, 50]] += 4.0  # a row of each
+    fit = fit_rotor(bench_run(speed, seed=3, force=force))
+    assert np.flatnonzero(fit.thrust.outlier).tolist() == [11, 50]
+    square = speed * np.abs(speed)
+    for way, side in ((fit.thrust.forward, speed > 0.0), (fit.thrust.reverse, speed < 0.0)):
+        kept = side & ~fit.thrust.outlier
+        slope = np.linalg.lstsq(square[kept, None], force[kept], rcond=None)[0]
+        assert way is not None
+        assert way.value == pytest.approx(float(slope[0]), rel=1e-12)
+
+
 def test_least_squares_agrees_with_an_independent_solver() -> None:
     run = bench_run(staircase(), seed=11)
     fit = fit_rotor(run)

@@ -52,6 +52,22 @@ def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]
         np.testing.assert_allclose(points, shown, rtol=1e-12, atol=1e-12, err_msg=label)
 
 
+def assert_in_sight(figure: Figure, *, floor: bool = False) -> None:
+    """Hold that no point of a curve lies beyond its axes, or with a `floor` only below them."""
+    for panel in panels_of(figure):
+        for line in panel.lines:
+            if line.get_transform() == panel.transData:
+                points = xy(line)
+                points = points[np.isfinite(points).all(axis=1)]
+                for along, name in ((points[:, 0], "x"), (points[:, 1], "y")):
+                    ends = panel.get_xlim() if name == "x" else panel.get_ylim()
+                    low, high = sorted(ends)
+                    room = 1e-9 * (high - low)
+                    words = (panel.get_ylabel(), line.get_label(), name)
+                    assert (along <= high + room).all(), words
+                    assert (floor and name == "y") or (along >= low - room).all(), words
+
+
 def number_in(text: str) -> int:
     """Return the first whole number in some words."""
     found = re.search(r"\d+", text)

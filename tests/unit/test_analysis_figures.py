@@ -16,6 +16,7 @@ from tests.unit.analysis_parts import (
     build_multirotor,
     build_tilting_hexarotor,
 )
+from tests.unit.drawn import assert_in_sight, levels_of, xy
 from tests.unit.figure_checks import cut_off, laid_out, overlaps
 
 import omnimorph as om
@@ -214,7 +215,14 @@ def test_wakes_and_mass_are_those_of_the_analysis(analysis: VehicleAnalysis) -> 
     np.testing.assert_array_equal(ratio.lines[0].get_ydata(), effect.power / effect.power_still)
     kept = curve(radius, "left for certain in the wakes")
     np.testing.assert_array_equal(kept[:, 1], effect.radius)
-    (panel,) = axes_of(analysis_figures.mass_break_even(analysis))
+    figure = analysis_figures.mass_break_even(analysis)
+    assert_in_sight(figure)
+    (panel,) = axes_of(figure)
+    assert trade.own is not None
+    assert levels_of(panel) == [100.0 * trade.own]
+    crossings = np.degrees([trade.break_even or 0.0, trade.break_even_in_wakes or 0.0])
+    marks = [xy(line)[0] for line in panel.lines if line.get_marker() == "D"]
+    np.testing.assert_allclose(marks, [[tilt, 100.0 * trade.own] for tilt in crossings])
     np.testing.assert_allclose(curve(panel, "still air")[:, 1], 100.0 * trade.share)
     np.testing.assert_allclose(curve(panel, "in the wakes")[:, 1], 100.0 * trade.share_in_wakes)
     words = {text.get_text() for text in panel.texts}

@@ -260,6 +260,20 @@ def test_a_few_rows_of_the_other_sign() -> None:
     speed[[3, 9]] *= -1.0
     told = refusal(bench_run(speed))
     assert "only 2 rows (lines 4, 10) turn in reverse, but it must be none or 8 or more" in told
+    speed[[20, 30, 40, 50, 60]] *= -1.0
+    assert "only 7 rows (lines 4, 10, 21, 31, 41 and 2 more) turn in" in refusal(bench_run(speed))
+
+
+def test_as_many_outliers_are_told_as_there_are() -> None:
+    run = bench_run(staircase(), force_noise=1e-3)
+    force = run.force.copy()
+    force[10:80:5] += 5.0
+    (told,) = [
+        one for one in fit_rotor(bench_run(staircase(), force=force)).warnings if "line" in one
+    ]
+    assert told.startswith("14 of 120 rows were left out of the force")
+    listed, more = told.split("lines ")[1].rstrip(".").split(" and ")
+    assert len(listed.split(", ")) + int(more.split()[0]) == 14
 
 
 def test_torque_that_says_nothing() -> None:

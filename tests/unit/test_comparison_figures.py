@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.unit.drawn import assert_in_sight
 
 import omnimorph as om
 from omnimorph.model.geometry import propeller_radius
@@ -44,6 +45,9 @@ def test_what_is_drawn_are_the_numbers() -> None:
     assert [text.get_text() for text in first.get_yticklabels()] == ["a", "b", "c"]
     dots = [line for line in first.lines if line.get_marker() == "o"]
     assert np.asarray(dots[0].get_xydata()).tolist() == [[1.5, 0.0], [0.0, 2.0]]
-    assert " —" in [text.get_text() for text in first.texts], "b has no number"
+    dashes = [text.get_position() for text in first.texts if text.get_text() == " —"]
+    assert dashes == [(0.0, 1)], "b has no number"
+    assert not second.texts
+    assert_in_sight(figure)
     assert np.asarray(second.lines[0].get_xdata()).tolist() == [3.0, 2.0, 1.0]
     assert [panel.get_xlabel() for panel in figure.axes] == ["radius (–)", "power (W)"]

@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.unit.conftest import build_random_run
-from tests.unit.drawn import assert_curves, curves_of, levels_of, number_in, panels_of, xy
+from tests.unit.drawn import (
+    assert_curves,
+    assert_in_sight,
+    curves_of,
+    levels_of,
+    number_in,
+    panels_of,
+    xy,
+)
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
@@ -127,6 +135,26 @@ def test_overview_and_tilt_by_plant() -> None:
     assert_powers(power)
     (panel,) = panels_of(summary_figures.tilt_by_plant(FLIGHTS))
     assert_curves(panel, over_time([np.degrees(f.run.tilt_actual[:, 0]) for f in FLIGHTS]))
+
+
+def test_no_curve_leaves_its_axes() -> None:
+    run = om.fly(om.load_scenario("tour").for_vehicle(OMNIMORPH))
+    flown = [Flight("tour", run, Look(style.BLUE))]
+    row = summary_figures.EnergyRow("tour", [1.0, 6.0], 0.5, 8.0, flown[0].look)
+    for figure in (
+        figures.trajectory(flown),
+        figures.tilt(flown),
+        figures.rotor_speeds(flown),
+        figures.power_and_energy(flown),
+        summary_figures.overview(flown, [0.0]),
+        summary_figures.tilt_by_plant(flown),
+        summary_figures.energies([row]),
+    ):
+        assert_in_sight(figure)
+    assert_in_sight(figures.errors(flown), floor=True)
+    levels = [levels_of(panel) for panel in panels_of(figures.rotor_speeds(flown))]
+    for panel, (low, high) in zip(panels_of(figures.rotor_speeds(flown)), levels, strict=True):
+        assert panel.get_ylim()[0] < low < high < panel.get_ylim()[1]
 
 
 def test_desired_and_flown_do_not_look_alike() -> None:

@@ -379,3 +379,13 @@ def test_order_in_the_list_does_not_matter() -> None:
             state = plant.step(om.Command(np.linspace(-2.0, 3.0, 8) * np.cos(k), np.ones(1)))
         ends.append(np.concatenate([part.ravel() for part in state]))
     np.testing.assert_array_equal(ends[0], ends[1])
+
+
+def test_a_largest_speed_below_the_least_of_one_rotor_is_refused() -> None:
+    least = np.array([100.0, 100.0, 300.0, 100.0])
+    quadrotor = om.load_vehicle("quadrotor").replace(speed_min=least)
+    limits = effects.SpeedLimits(largest=200.0)
+    allowed = f"above the rotors' least speed, {300.0 / HZ:g} Hz"
+    with pytest.raises(ScenarioError, match=allowed):
+        limits.of_rotors(quadrotor)
+    assert effects.SpeedLimits(largest=301.0).of_rotors(quadrotor)[0].tolist() == least.tolist()

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.physics.bench_runs import DRAG, THRUST, TURN, bench_run, lagged, staircase
+from tests.unit.drawn import assert_in_sight
 
 from omnimorph.identification import BenchData, RotorFit, fit_rotor
 from omnimorph.protocols import FloatArray
@@ -57,6 +58,11 @@ def test_lines_have_the_slopes_fitted(both_ways: RotorFit) -> None:
     assert (turned[:, 0] * turned[:, 1]).min() > 0.0
 
 
+def test_nothing_lies_beyond_the_axes(both_ways: RotorFit) -> None:
+    assert_in_sight(fit_figures.coefficients(both_ways))
+    assert_in_sight(fit_figures.residuals(both_ways))
+
+
 def test_residuals_are_measured_less_fitted(both_ways: RotorFit) -> None:
     panels = fit_figures.residuals(both_ways).axes
     for panel, fit in zip(panels, (both_ways.thrust, both_ways.drag), strict=True):
@@ -81,7 +87,9 @@ def test_steps_lie_on_the_curve_whatever_the_delay(delay: float) -> None:
             command=command,
         )
     )
-    for panel, tau_ms in zip(fit_figures.steps(fit).axes, (25.0, 45.0), strict=True):
+    figure = fit_figures.steps(fit)
+    assert_in_sight(figure)
+    for panel, tau_ms in zip(figure.axes, (25.0, 45.0), strict=True):
         shown = points(curve(panel, "measured"))
         since = shown[shown[:, 0] > 0.0]
         assert len(since) > 20

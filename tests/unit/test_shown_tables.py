@@ -82,8 +82,8 @@ def test_every_metric_is_shown_in_its_row_and_column() -> None:
     hover = om.fly(om.load_scenario("hover")).metrics
     ones: dict[str, Any] = {key: 1.0 + k / 7.0 for k, key in enumerate(keys)}
     twos: dict[str, Any] = {key: 2.0 + k / 7.0 for k, key in enumerate(keys)}
-    first = replace(hover, unproven_steps=7, **ones)
-    second = replace(hover, unproven_steps=9, **twos)
+    first = replace(hover, **(ones | {"unproven_steps": 7}))
+    second = replace(hover, **(twos | {"unproven_steps": 9}))
     table = metrics_table("", {"first": first, "second": second})
     rows = {row[0]: row[1:] for row in table.rows}
     for key, measure in MEASURES.items():

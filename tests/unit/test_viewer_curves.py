@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -86,9 +87,9 @@ def test_curves_are_called_by_their_flight_and_rotor() -> None:
 
 
 def test_a_curve_ends_where_its_flight_ends() -> None:
-    run = FLIGHTS[0].run
-    rows: dict[str, Any] = {k: v[:8] for k, v in vars(run).items() if isinstance(v, np.ndarray)}
-    short = replace(run, **rows)
+    whole = vars(FLIGHTS[0].run).items()
+    columns: dict[str, Any] = {k: v[:8] for k, v in whole if isinstance(v, np.ndarray)}
+    short = replace(FLIGHTS[0].run, **columns)
     power = charts_of([Flight(short, "short"), FLIGHTS[1]])[-1]
     time, (first, second) = _on_common_times(power)
     step = FLIGHTS[1].run.time[1]
@@ -181,4 +182,15 @@ def test_a_live_page_shows_the_flight_as_it_is(server: Any) -> None:
     np.testing.assert_array_equal(frame.p_WB, run.p_WB[row])
     np.testing.assert_array_equal(frame.tilt, run.tilt_actual[row])
     assert f"{frame.power:.1f}" in page._numbers.content
+    page.pilot.cut(2)
+    page.pilot.cut(5)
+    page.pilot.push(np.array([3.0, 4.0, 0.0]))
+    page.pilot.restore()
+    first, second, push, restored = page._done_to_it().split("<br>")
+    one, two = (re.findall(r"\d+", words.split("rotor")[1]) for words in (first, second))
+    assert int(two[1]) - int(two[0]) == 3
+    assert one == two[:1]
+    assert "5.0 N" in push
+    assert "all rotors" in restored
+    assert all("0.30 s" in words for words in (first, second, push, restored))
     assert_charts(charts_of([page._as_flight()]), [Flight(run, "hover")])

@@ -11,7 +11,6 @@ from omnimorph.analysis.actuation import actuation
 from omnimorph.analysis.free_tilt import dimension_over_tilts, reach_over_tilts
 from omnimorph.analysis.hover import hover, sphere_directions
 from omnimorph.analysis.omnidirectional import inscribed_radius, tilt_of_largest_radius
-from omnimorph.analysis.scaling import common_limits
 from omnimorph.analysis.vehicle_class import ActuationKind, ThrustKind, VehicleClass, thrust_kind
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.files import VehicleLike, as_vehicle
@@ -45,7 +44,8 @@ class Platform:
     lateral_over_weight : float
         Largest sideways force beside the weight, to every side, over m g, likewise.
     hover_power : float, W
-        Least rotor drag power to hover level at a tilt common to all servos; inf if it cannot.
+        Least rotor drag power to hover level at a tilt common to all servos; inf if it cannot,
+        or if they have none in common.
     """
 
     name: str
@@ -77,11 +77,6 @@ class Platform:
 def platform(vehicle: VehicleLike) -> Platform:
     """Return a vehicle in a few numbers.
 
-    Raises
-    ------
-    VehicleError
-        If its servos have no tilt in common.
-
     Examples
     --------
     >>> import omnimorph as om
@@ -90,9 +85,7 @@ def platform(vehicle: VehicleLike) -> Platform:
     (1.31, 'omnidirectional', 111.4)
     """
     vehicle = as_vehicle(vehicle)
-    tilts = np.unique(np.linspace(*common_limits(vehicle), _TILTS)) if vehicle.n_servos else [0.0]
-    hovers = [hover(vehicle, tilt) for tilt in tilts]
-    cheapest = min(hovers, key=lambda one: one.power)
+    tilts = _common_tilts(vehicle)
     weight = vehicle.mass * GRAVITY
     radius, lateral, dimension = _forces(vehicle, tilts)
     return Platform(
@@ -104,7 +97,7 @@ def platform(vehicle: VehicleLike) -> Platform:
         thrust_kind=thrust_kind(dimension, radius, weight),
         radius_over_weight=radius / weight,
         lateral_over_weight=lateral / weight,
-        hover_power=cheapest.power,
+        hover_power=min((hover(vehicle, tilt).power for tilt in tilts), default=math.inf),
     )
 
 
@@ -155,7 +148,15 @@ def lateral_reach_over_tilts(vehicle: Vehicle) -> float:
     return float(reach_over_tilts(vehicle, sides, weight).min())
 
 
-def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, float, int]:
+def _common_tilts(vehicle: Vehicle) -> list[float]:
+    """Return tilts that all servos can take together; none if their limits leave none."""
+    if vehicle.n_servos == 0:
+        return [0.0]
+    low, high = float(vehicle.servo_angle_min.max()), float(vehicle.servo_angle_max.min())
+    return [] if low > high else np.unique(np.linspace(low, high, _TILTS)).tolist()
+
+
+def _forces(vehicle: Vehicle, tilts: list[float]) -> tuple[float, float, int]:
     """Return radius, N, largest sideways force beside the weight, N, and dimension of the forces.
 
     At zero moment, over all tilts.
@@ -165,7 +166,7 @@ def _forces(vehicle: Vehicle, tilts: FloatArray | list[float]) -> tuple[float, f
         return radius, lateral_reach_over_tilts(vehicle), dimension_over_tilts(vehicle)
     best = tilt_of_largest_radius(vehicle) if vehicle.n_servos else 0.0
     radius = inscribed_radius(vehicle, best, zero_moment=True)
-    lateral = max(lateral_reach(vehicle, float(tilt)) for tilt in tilts)
+    lateral = max(lateral_reach(vehicle, tilt) for tilt in tilts)
     if radius > 0.0:
         return radius, lateral, 3
     return radius, lateral, max(force_set(vehicle, a, zero_moment=True).dimension for a in tilts)

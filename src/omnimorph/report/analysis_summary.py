@@ -93,7 +93,7 @@ def ignored(analysis: VehicleAnalysis) -> list[str]:
     if vehicle.n_servos > 1:
         left_out.append(
             "Over the tilt, all servos are moved together. With a tilt of its own for each servo "
-            "the vehicle does more than is shown here, see the first key point."
+            "the vehicle may do more than is shown here: see the first key point."
         )
     return left_out
 
@@ -163,7 +163,7 @@ def _level(analysis: VehicleAnalysis) -> KeyPoint:
     least = min(power for _, power in costs)
     if least < 0.99 * min(costs[0][1], costs[-1][1]):
         best = [degrees(tilt) for tilt, power in costs if power <= (1.0 + 1e-9) * least]
-        text += f" Near {listed(best)} it is cheapest, {number(least)} W."
+        text += f" Near {listed(list(dict.fromkeys(best)))} it is cheapest, {number(least)} W."
     everywhere = len(level) == 1 and np.allclose(level[0], limits, atol=1e-6)
     if not everywhere and len(level):
         text += f" It can do so {intervals_words(level)} only."

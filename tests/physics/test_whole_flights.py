@@ -55,6 +55,19 @@ def test_the_integrators_tend_to_one_motion() -> None:
     np.testing.assert_allclose(2.0 * fine - coarse, best, atol=1e-6)
 
 
+def test_noise_of_the_attitude_is_about_the_axes_of_the_body() -> None:
+    """So in the same step of the same flight it is the same turn Rᵀ R_m in every attitude."""
+    noise = om.effects.MeasurementNoise(position=0.01, velocity=0.02, attitude=0.3, rate=0.04)
+    turns = []
+    for rotation in (np.eye(3), rotation_exponential([0.4, -0.7, 0.9])):
+        start = tumbling()._replace(R_WB=rotation)
+        measured = plant_with(noise, start=start).measure()
+        turns.append(rotation.T @ measured.R_WB)
+        assert not np.allclose(measured.p_WB, start.p_WB)
+    np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
+    assert np.abs(turns[0] - np.eye(3)).max() > 0.05
+
+
 def test_a_flights_noise_is_its_own() -> None:
     """Flight 5 of seed 1 is the same alone, after others, and from a scenario loaded anew."""
     first = om.fly(om.load_scenario("hover"), seed=1, flight=5)

@@ -269,6 +269,19 @@ def test_claims_are_judged_by_the_rule_of_their_kind(claims: dict[str, dict[str,
         assert claims[key]["verdict"] != "predicted", "no flight keeps its pose"
 
 
+@pytest.mark.slow
+def test_joules_are_two_pi_times_the_papers_count(out: Path) -> None:
+    """Speeds in rad/s for speeds in Hz: 2π in the energy of drag, 4π² in that of acceleration."""
+    lines = (out / "results.md").read_text(encoding="utf-8").splitlines()
+    rows = [line.split("|")[1:-1] for line in lines if re.match(r"\| (Case|fixed)", line)]
+    rows = [row for row in rows if len(row) == 7]
+    assert len(rows) == 10
+    for row in rows:
+        drag, drag_J, _, spin_up, spin_up_J, _ = (float(cell.split()[0]) for cell in row[1:])
+        assert drag_J / drag == pytest.approx(6.28319, rel=2e-3)
+        assert spin_up_J / spin_up == pytest.approx(39.4784, rel=1e-2)
+
+
 # --- less thrust, and the tilt --------------------------------------------------------------------
 
 

@@ -25,7 +25,7 @@ from omnimorph.studies.reproduction.hypotheses import (
 )
 from omnimorph.studies.reproduction.lost_thrust import CASES
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
-from omnimorph.studies.reproduction.verdicts import NEAR, Judged, Verdict
+from omnimorph.studies.reproduction.verdicts import NEAR, Judged, Verdict, is_near
 
 __all__ = ["KeyPoint", "key_points", "reasons"]
 
@@ -53,14 +53,11 @@ def key_points(findings: Findings, judged: Sequence[Judged]) -> list[KeyPoint]:
 
 
 def _energies(flights: PaperFlights) -> str:
-    inside, every = 0, 0
-    for name, key in ((A, "a"), (B, "b")):
-        claimed = paper.claims()[f"drag_energy_{key}"].value or 0.0
-        mean = float(flights.values(name, "drag_energy_paper").mean())
-        inside, every = inside + (abs(mean / claimed - 1.0) <= NEAR), every + 1
+    claimed = [paper.claims()[f"drag_energy_{key}"].value or 0.0 for key in ("a", "b")]
+    means = [float(flights.values(name, "drag_energy_paper").mean()) for name in (A, B)]
     return (
-        f"Of the rotor drag energies of Cases A and B, {inside} of {every} come out within "
-        f"{100 * NEAR:g} %; the sizes are partly calibrated, as the length of the flight was "
+        f"Of the rotor drag energies of Cases A and B, {sum(map(is_near, means, claimed))} of 2 come "
+        f"out within {100 * NEAR:g} %; the sizes are partly calibrated, as the length of the flight was "
         "chosen from them. The paper's count leaves speeds in hertz: joules are 2π times as many."
     )
 

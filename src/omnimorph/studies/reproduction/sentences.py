@@ -55,9 +55,10 @@ def key_points(findings: Findings, judged: Sequence[Judged]) -> list[KeyPoint]:
 def _energies(flights: PaperFlights) -> str:
     claimed = [paper.claims()[f"drag_energy_{key}"].value or 0.0 for key in ("a", "b")]
     means = [float(flights.values(name, "drag_energy_paper").mean()) for name in (A, B)]
+    near = sum(map(is_near, means, claimed))
     return (
-        f"Of the rotor drag energies of Cases A and B, {sum(map(is_near, means, claimed))} of 2 come "
-        f"out within {100 * NEAR:g} %; the sizes are partly calibrated, as the length of the flight was "
+        f"Of the rotor drag energies of Cases A and B, {near} of 2 come out within "
+        f"{100 * NEAR:g} %; the sizes are partly calibrated, as the length of the flight was "
         "chosen from them. The paper's count leaves speeds in hertz: joules are 2π times as many."
     )
 

@@ -117,7 +117,7 @@ class Hypothesis:
         if third > second:
             found.append("‖e_R‖ of the third flight is above Case B's, and the paper's is below")
         a, b = (f"{100.0 * self.energy_difference(name):+.0f} %" for name in (A, B))
-        found.append(f"energies {a} and {b} in Cases A and B".replace("-", "−"))
+        found.append(f"energies {a} and {b} off the paper's in Cases A and B".replace("-", "−"))
         return found
 
     def as_dict(self) -> dict[str, Any]:

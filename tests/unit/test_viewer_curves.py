@@ -55,7 +55,7 @@ def expected_curves(flight: Flight) -> dict[str, list[FloatArray]]:
         "attitude error, °": [curves.attitude_error(run).angle_deg],
         "tilt, °": list(np.degrees(run.tilt_actual).T),
         "rotor speeds, Hz": list(run.speed.T / TURN),
-        "rotor drag power, W": [run.drag_power],
+        "rotor drag power": [run.drag_power],
     }
 
 

@@ -40,10 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plant",
         metavar="PLANT",
-        help="fly in another plant: perfect, realistic, or a TOML file",
+        help="fly in another plant: perfect, realistic, realistic-1, or a TOML file",
     )
     parser.add_argument(
-        "--seed", type=seed_number, default=0, metavar="K", help="which noise (default: 0)"
+        "--seed", type=seed_number, default=0, metavar="K", help="seed of the noise (default: 0)"
     )
     parser.add_argument(
         "--out",

@@ -261,7 +261,11 @@ def coaxial_octocopter() -> Vehicle:
     """Return eight propellers of 30 inches in four pairs, 60 mm apart: 20 kg."""
     angle = 0.5 * math.pi * np.arange(4)
     arm = 0.75 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(4)])
-    values = {"spin_inertia": 1e-3, "rotor_spin": np.repeat([1.0, -1.0], 4), "speed_min": 0.0}
+    values: dict[str, Any] = {
+        "spin_inertia": 1e-3,
+        "rotor_spin": np.repeat([1.0, -1.0], 4),
+        "speed_min": 0.0,
+    }
     values |= {"thrust_coefficient": 9.4e-4, "drag_coefficient": 3.3e-5, "speed_max": 75.0 * TURN}
     hubs = np.concatenate([arm + HALF_WAY, arm - HALF_WAY])
     return build_vehicle(hubs, mass=20.0, inertia=np.diag([1.2, 1.2, 2.2]), **values)

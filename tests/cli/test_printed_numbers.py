@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Iterator
 from contextlib import chdir
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.cli.printed import answer_of, is_shown, rows_of, unfounded
 from tests.cli.test_fit_and_inertia import PARTS, write_bench
 
 import omnimorph as om
+from omnimorph.cli import reproduce
 from omnimorph.cli.console import Answer
 from omnimorph.cli.main import main
 from omnimorph.results.measures import MEASURES
@@ -128,6 +131,55 @@ def test_margins_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
         assert row.pop("axis") == margins["axis"][k]
         for head, cell in row.items():
             assert is_shown(cell, margins[head][k]), head
+
+
+def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
+    for name, numbers in (
+        ("vehicles", ["rotors", "servos", "mass_kg"]),
+        ("scenarios", ["duration_s"]),
+    ):
+        for row, told in zip(rows_of(answers[name].text), answers[name].data, strict=True):
+            assert list(row) == list(told)
+            for head, cell in row.items():
+                if head in numbers:
+                    assert is_shown(cell, told[head]), head
+                else:
+                    assert cell == told[head]
+
+
+def test_a_vehicle_is_printed_rotor_by_rotor(answers: dict[str, Answer]) -> None:
+    text, data = answers["vehicle"].text, answers["vehicle"].data
+    for k, (row, told) in enumerate(zip(rows_of(text), data["rotor"], strict=True)):
+        assert row.pop("rotor") == str(k)
+        for head, cell in row.items():
+            values = told[head] if isinstance(told[head], list) else [told[head]]
+            shown = cell.strip("[]").split(", ")
+            for one, value in zip(shown, values, strict=True):
+                assert one == value if isinstance(value, str) else is_shown(one, value), head
+    body = text[text.index("Every number") :]
+    rows = {row["key"]: row for row in rows_of(body)}
+    assert is_shown(rows["mass_kg"]["value"], data["mass_kg"])
+    for key, row in rows.items():
+        assumed = data["assumed"].get(key)
+        assert row[""] == ("*" if assumed else ""), key
+        assert row["source"] == (assumed or data["sources"].get(key) or row["source"])
+
+
+def test_claims_are_printed_cell_by_cell() -> None:
+    claim = {"key": "energy_a", "paper": 2081.0, "unit": "J", "here": 1764.32, "verdict": "far"}
+    claim |= {"difference": -0.1522, "found": "in 20 flights"}
+    assert reproduce._row(claim) == [
+        *("energy_a", "2081 J", "1764", "-15.2%", "far", "in 20 flights")
+    ]
+    in_words = {**claim, "paper": None, "here": None, "difference": None}
+    assert reproduce._row(in_words) == ["energy_a", "", "", "", "far", "in 20 flights"]
+
+
+def test_parts_are_printed_as_they_add_up(answers: dict[str, Answer]) -> None:
+    values, data = tomllib.loads(answers["inertia"].text), answers["inertia"].data
+    assert values["mass_kg"] == data["mass_kg"]
+    np.testing.assert_allclose(values["inertia_kg_m2"], data["inertia_kg_m2"], atol=1e-12)
+    assert f"# {data['parts']} parts of parts.toml" in answers["inertia"].text
 
 
 def test_a_fit_is_printed_line_by_line(answers: dict[str, Answer]) -> None:

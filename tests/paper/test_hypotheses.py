@@ -48,6 +48,22 @@ def test_every_claim_stands_in_the_results() -> None:
         assert RESULTS.count(f"\n| {claim.text} | {claim.rule} |") == 1
 
 
+def test_the_documents_state_how_much_the_rotors_momentum_adds() -> None:
+    row = re.compile(
+        r"^\| ([^|]+) \| \S+ ± [^|]+\| [^|]+\| (\S+) ± [^|]+\| [^|]+ \|$", re.MULTILINE
+    )
+    errors = {name: float(mean) for name, mean in row.findall(RESULTS.split("\nErrors over")[1])}
+    ratios = [
+        value / errors[f"{name}, no rotor momentum"]
+        for name, value in errors.items()
+        if f"{name}, no rotor momentum" in errors
+    ]
+    assert len(ratios) == 5
+    words = f"{min(ratios):.0f} to {max(ratios):.0f} times larger"
+    assert words in (DOCS / "model.md").read_text(encoding="utf-8")
+    assert words in (DOCS.parent / "CHANGELOG.md").read_text(encoding="utf-8")
+
+
 # --- slow: flown ----------------------------------------------------------------------------------
 
 

@@ -241,6 +241,7 @@ def test_the_page_tells_what_comes_out() -> None:
     for scenario in (papers, own):
         margins = om.stability_margins(scenario.gains, OMNIMORPH)
         metrics = om.fly(scenario).metrics
+        before = om.fly(replace(scenario, plant=om.load_plant("realistic-1"))).metrics
         both = [0, 3]
         w, phase = margins.crossover[both], np.degrees(margins.phase_margin[both])
         delay = 1e3 * margins.delay_margin[both]
@@ -252,6 +253,7 @@ def test_the_page_tells_what_comes_out() -> None:
                 f"{delay[0]:.1f}, {delay[1]:.1f} ms",
                 f"{mean:.2f}, {most:.1f} mm",
                 f"{metrics.attitude_error_mean_rad:.4f}",
+                f"{before.attitude_error_mean_rad:.4f}",
                 f"{metrics.drag_energy_paper:.0f}",
             ]
         )

@@ -330,13 +330,13 @@ def test_a_direction_is_what_its_steps_give_together(quantity: Quantity) -> None
 @pytest.mark.parametrize(
     ("vehicle", "tilt", "quantity", "reason"),
     [
-        (OMNIMORPH, 0.0, "radius_free_moment", "holds no ball about zero"),
-        (OMNIMORPH, 0.0, "radius_zero_moment", "holds no ball about zero"),
+        (OMNIMORPH, 0.0, "radius_free_moment", "has no inscribed sphere about zero"),
+        (OMNIMORPH, 0.0, "radius_zero_moment", "has no inscribed sphere about zero"),
         (OMNIMORPH, 0.0, "condition_number", "A has not full rank"),
         (OMNIMORPH.replace(mass=4.5), 0.5, "hover_power", "it cannot hover level"),
         (build_star(4), [], "condition_number", "A has not full rank"),
         (build_star(6), [], "condition_number", "A has not full rank"),
-        (build_star(6, cant=0.3), [], "radius_free_moment", "holds no ball about zero"),
+        (build_star(6, cant=0.3), [], "radius_free_moment", "has no inscribed sphere about zero"),
         (build_vehicle([[0.1, 0.0, 0.0]]), [], "hover_power", "it cannot hover level"),
         (build_tilting_star(4), 0.3, "hover_power", "it cannot hover level"),
     ],

@@ -9,10 +9,19 @@ import pytest
 
 import omnimorph as om
 from omnimorph.model.dynamics import rotation_exponential
+from omnimorph.protocols import FloatArray
 from omnimorph.reference import Segment, SegmentReference
 from omnimorph.results.run import COLUMNS
+from omnimorph.simulation.effects import RotorMomentum
 from omnimorph.verification.hovering import attitudes, can_hover, hover_scenario
-from omnimorph.verification.setting import EULER, RUNGE_KUTTA
+from omnimorph.verification.setting import (
+    EULER,
+    RUNGE_KUTTA,
+    Integrator,
+    command,
+    plant_with,
+    tumbling,
+)
 
 
 def test_case_b_flown_from_another_heading_is_the_turned_flight() -> None:
@@ -31,6 +40,32 @@ def test_case_b_flown_from_another_heading_is_the_turned_flight() -> None:
     np.testing.assert_allclose(turned.R_WB, Q @ plain.R_WB, rtol=0, atol=1e-9)
     np.testing.assert_allclose(turned.thrust_command, plain.thrust_command, rtol=0, atol=1e-6)
     np.testing.assert_allclose(turned.tilt_actual, plain.tilt_actual, rtol=0, atol=1e-12)
+
+
+def test_the_integrators_tend_to_one_motion() -> None:
+    """An order of convergence tells not to which motion: extrapolated, Euler's is Runge's."""
+
+    def after(step: float, integrator: Integrator) -> FloatArray:
+        plant = plant_with(RotorMomentum(), start=tumbling(), step=step, integrator=integrator)
+        plant.send(command(np.array([1.6, 1.5, 1.7, 1.4, 1.55, 1.65, 1.5, 1.6]), 0.6))
+        return np.concatenate([part.ravel() for part in plant.step_physics(round(0.4 / step))])
+
+    coarse, fine, best = after(2e-4, EULER), after(1e-4, EULER), after(1e-3, RUNGE_KUTTA)
+    assert np.abs(fine - best).max() > 1e-4
+    np.testing.assert_allclose(2.0 * fine - coarse, best, atol=1e-6)
+
+
+def test_noise_of_the_attitude_is_about_the_axes_of_the_body() -> None:
+    """So in the same step of the same flight it is the same turn Rᵀ R_m in every attitude."""
+    noise = om.effects.MeasurementNoise(position=0.01, velocity=0.02, attitude=0.3, rate=0.04)
+    turns = []
+    for rotation in (np.eye(3), rotation_exponential([0.4, -0.7, 0.9])):
+        start = tumbling()._replace(R_WB=rotation)
+        measured = plant_with(noise, start=start).measure()
+        turns.append(rotation.T @ measured.R_WB)
+        assert not np.allclose(measured.p_WB, start.p_WB)
+    np.testing.assert_allclose(turns[0], turns[1], atol=1e-12)
+    assert np.abs(turns[0] - np.eye(3)).max() > 0.05
 
 
 def test_a_flights_noise_is_its_own() -> None:

@@ -132,7 +132,7 @@ def build_frontier() -> tuple[list[FrontierPanel], list[Survival]]:
         panels.append(FrontierPanel(title, curves, limits))
     shares = np.array([0, 1, 0.4, 1, 1, 0.8, 0, 1]), np.array([0, 0.9, 0.1, 0, 0.6, 0, 0, 1])
     dead = [
-        _survival(f"{case}, rotors to 170 Hz", look, np.arange(1.0, 9.0), share)
+        _survival(f"{case}, rotors to 170 Hz", look, np.arange(8.0), share)
         for (case, look), share in zip(LOOKS.items(), shares, strict=True)
     ]
     return panels, dead

@@ -20,7 +20,8 @@ from tests.unit.analysis_parts import (
 import omnimorph as om
 from omnimorph.analysis import analyze
 from omnimorph.analysis.overview import VehicleAnalysis
-from omnimorph.report.analysis_page import write_analysis_page
+from omnimorph.report.analysis_data import analysis_data
+from omnimorph.report.analysis_page import _tilt_table, write_analysis_page
 from omnimorph.report.analysis_summary import ignored, key_points
 from omnimorph.report.analysis_words import (
     condition_words,
@@ -127,6 +128,35 @@ def test_moments_and_lifts_named_are_those_of_the_analysis(analysis: VehicleAnal
     cannot = {point.head: point.text for point in key_points(heavy)}["Cannot hover level:"]
     lift, weight = number(heavy.asked.force_zero.reach([0.0, 0.0, 1.0])), number(heavy.weight)
     assert re.findall(r"[\d.]+(?=\WN)", cannot) == [lift, weight]
+
+
+def test_cells_of_the_table_are_the_data(analysis: VehicleAnalysis) -> None:
+    table = _tilt_table(analysis)
+    told = {
+        tilt_words(np.radians(one["tilt_deg"])): one for one in analysis_data(analysis)["at_tilt"]
+    }
+    assert set(table.head[1:]) == set(told)
+    rows = {row[0]: row[1:] for row in table.rows}
+    for k, tilt in enumerate(table.head[1:]):
+        one = told[tilt]
+        free, zero = one["force_free_moment"], one["force_zero_moment"]
+        flat = zero["dimension"] < 3
+        expected = {
+            "rank of A": str(one["rank_thrust"]),
+            "rank of F": str(one["rank_full"]),
+            "actuation": one["kind"],
+            "thrust": one["thrust_kind"],
+            "condition number": number(one["condition_number"]),
+            "radius with free": "0 (" if flat else number(free["radius_N"]),
+            "radius at zero": "0 (" if flat else number(zero["radius_N"]),
+            "volume": "0 (" if flat else number(zero["volume_N3"]),
+            "largest lift": number(one["largest_lift_N"]),
+            "power to hover": number(one["level_hover"]["power_W"]),
+            "the same in": number(one["level_hover"]["power_paper"]),
+        }
+        for words, cell in expected.items():
+            (shown,) = [row[k] for head, row in rows.items() if head.startswith(words)]
+            assert shown.startswith(cell), (tilt, words)
 
 
 def test_the_dead_band_is_named_where_there_is_one(analysis: VehicleAnalysis) -> None:

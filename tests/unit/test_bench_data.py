@@ -215,7 +215,7 @@ def test_torque_that_does_not_fit_the_force_is_told(
 
 def test_speeds_that_contradict_each_other(tmp_path: Path) -> None:
     path = written_run(tmp_path, speed_rpm=60.0 * 1.5 * staircase() / TURN)
-    with pytest.raises(InputError, match=r"do not tell the same speed: the first is 0.6667 times"):
+    with pytest.raises(InputError, match=r"do not give the same speed: the first is 0.6667 times"):
         read_bench(path)
 
 

@@ -17,7 +17,9 @@ from omnimorph.cli.main import main
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.live.page import LivePage
 from omnimorph.report import figures, style
+from omnimorph.studies.reproduction.lost_thrust import Share
 from omnimorph.studies.reproduction.page_tables import dead_rotor_table
+from omnimorph.studies.reproduction.study_figures import draw_frontier
 from omnimorph.viewer.charts import charts_of
 from omnimorph.viewer.flight_page import notices
 from omnimorph.viewer.frames import Flight
@@ -52,7 +54,7 @@ def test_a_panel_shows_the_speed_of_the_rotor_it_names(run: om.Run) -> None:
 def test_curves_and_notices_of_a_page_name_the_rotors_they_mean(run: om.Run) -> None:
     flight = Flight(run, "hover")
     (speeds,) = (chart for chart in charts_of([flight]) if chart.title.startswith("rotor speeds"))
-    assert [word for word, _ in speeds.key] == NUMBERS
+    assert [word for word, _ in speeds.key] == [*NUMBERS, "dotted: limits"]
     for i, curve in enumerate(speeds.curves):
         assert curve.label == f"hover rotor {i}"
         np.testing.assert_array_equal(curve.values, run.speed[:, i] / (2.0 * np.pi))
@@ -85,6 +87,13 @@ def test_the_rotor_that_is_named_is_cut() -> None:
 def test_tables_of_the_reproduction_number_the_rotors() -> None:
     found: Any = SimpleNamespace(dead={("paper-case-a", "kept"): [(1, 5)] * 8})
     assert dead_rotor_table(found).head == ["", *(f"rotor {i}" for i in NUMBERS)]
+
+
+def test_figures_of_the_reproduction_number_the_rotors() -> None:
+    shares = {("paper-case-a", "kept"): [Share(1, 5)] * 8}
+    found: Any = SimpleNamespace(frontiers=[], dead=shares)
+    dead = draw_frontier(found).axes[-1]
+    assert [f"{tick:g}" for tick in dead.get_xticks()] == NUMBERS
 
 
 def test_the_table_of_a_vehicle_numbers_its_rotors(capsys: pytest.CaptureFixture[str]) -> None:

@@ -80,10 +80,10 @@ def test_measures_are_called_what_their_keys_say(part: str, words: str) -> None:
 def test_every_metric_is_shown_in_its_row_and_column() -> None:
     keys = [key for key in MEASURES if key != "unproven_steps"]
     hover = om.fly(om.load_scenario("hover")).metrics
-    ones: dict[str, Any] = {key: 1.0 + k / 7.0 for k, key in enumerate(keys)}
-    twos: dict[str, Any] = {key: 2.0 + k / 7.0 for k, key in enumerate(keys)}
-    first = replace(hover, **(ones | {"unproven_steps": 7}))
-    second = replace(hover, **(twos | {"unproven_steps": 9}))
+    numbers: list[dict[str, Any]] = [
+        {key: begin + k / 7.0 for k, key in enumerate(keys)} for begin in (1.0, 2.0)
+    ]
+    first, second = (replace(hover, **one, unproven_steps=7) for one in numbers)
     table = metrics_table("", {"first": first, "second": second})
     rows = {row[0]: row[1:] for row in table.rows}
     for key, measure in MEASURES.items():

@@ -72,9 +72,14 @@ SLIPS: dict[str, tuple[Sequence[str], Sequence[float], str]] = {
         r"servo\[0\]\.angle_max_deg is .*° at most; it looks like rad\.$",
     ),
 }
-CASES = [(name, slip) for name in om.list_vehicles() for slip in SLIPS]
-# Its propellers overlap, so the largest that do not are half as large and half as fast.
-CASES.remove(("omnicopter", "all in rad/s"))
+QUICK = {"omnimorph", "quadrotor", "voliro"}
+CASES = [
+    pytest.param(name, slip, marks=() if name in QUICK else pytest.mark.slow)
+    for name in om.list_vehicles()
+    for slip in SLIPS
+    # its propellers overlap, so the largest that do not are half as large and half as fast
+    if (name, slip) != ("omnicopter", "all in rad/s")
+]
 
 
 def told(text: str) -> list[str]:

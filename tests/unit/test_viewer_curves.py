@@ -32,7 +32,8 @@ def random_flight(seed: int) -> om.Run:
     """Return a run full of random numbers, its attitudes rotations."""
     run = build_random_run(seed=seed)
     R, R_d = Rotation.random(2 * len(run.time), seed).as_matrix().reshape(2, -1, 3, 3)
-    return replace(run, R_WB=R, desired_R_WB=R_d)
+    speed, wrench = 400.0 * run.speed, 20.0 * run.wrench_asked  # large enough to be seen
+    return replace(run, R_WB=R, desired_R_WB=R_d, speed=speed, wrench_asked=wrench)
 
 
 # Random numbers differ from column to column; so few rows are not thinned.
@@ -54,7 +55,7 @@ def expected_curves(flight: Flight) -> dict[str, list[FloatArray]]:
         "attitude error, °": [curves.attitude_error(run).angle_deg],
         "tilt, °": list(np.degrees(run.tilt_actual).T),
         "rotor speeds, Hz": list(run.speed.T / TURN),
-        "power": [run.drag_power],
+        "rotor drag power": [run.drag_power],
     }
 
 

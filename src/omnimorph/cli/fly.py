@@ -43,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="fly in another plant: perfect, realistic, realistic-1, or a TOML file",
     )
     parser.add_argument(
-        "--seed", type=seed_number, default=0, metavar="K", help="which noise (default: 0)"
+        "--seed", type=seed_number, default=0, metavar="K", help="seed of the noise (default: 0)"
     )
     parser.add_argument(
         "--out",

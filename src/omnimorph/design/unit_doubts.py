@@ -8,7 +8,7 @@ A number is in doubt if it is far from anything that flies. What is usual:
 - the radius of gyration is 0.02 to 2 times the reach of hubs and propellers;
 - hubs are within 10 m of the centre of mass, and servos turn by 4° or more.
 
-Speeds, thrust coefficients and mass depend on one another: what is told is each way in which one of
+Speeds, thrust coefficients and mass depend on one another: reported is each way in which one of
 them, or two, may be in another unit so that all is usual.
 """
 

@@ -1,4 +1,4 @@
-"""What is told of numbers that look like those of another unit: a warning of one sentence each."""
+"""What is said of numbers that look like those of another unit: a warning of one sentence each."""
 
 from __future__ import annotations
 

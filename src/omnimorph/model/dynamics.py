@@ -1,4 +1,4 @@
-"""The rigid body: the wrench for an acceleration, hover, and the rotation group."""
+"""The rigid body: the wrench for an acceleration, hover, and rotations in SO(3)."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ class Survival:
     look : Look
         Of its curve and its marks.
     over : array
-        The thrust that is lost, as a share from 0 to 1; or the number of the dead rotor, from 1.
+        The thrust that is lost, as a share from 0 to 1; or the number of the dead rotor, from 0.
     share : array
         Of the flights that survive, from 0 to 1.
     low, high : array
@@ -126,8 +126,9 @@ def _draw_panel(axis: Axes, panel: FrontierPanel) -> None:
         at: dict[str, Any] = {"textcoords": "offset points", "xycoords": ("data", "axes fraction")}
         axis.annotate(limit.label, (100.0 * limit.loss, 0.5), (side, 0.0), **words, **at)
     shown = [*(x for one in panel.curves for x in one.over), *(one.loss for one in panel.limits)]
-    room = 0.08 * ((max(shown) - min(shown)) or 1.0)
-    axis.set_xlim(100.0 * (min(shown) - room), 100.0 * (max(shown) + room))
+    low, high = min(shown, default=0.0), max(shown, default=1.0)
+    room = 0.08 * ((high - low) or 1.0)
+    axis.set_xlim(100.0 * (low - room), 100.0 * (high + room))
     axis.set_title(panel.title, loc="left")
     axis.set_xlabel("thrust lost (%)")
 

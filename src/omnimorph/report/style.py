@@ -194,7 +194,7 @@ def plain(value: float, _: Any = None) -> str:
     >>> plain(0.001), plain(20.0), plain(1e-5), plain(3e-5)
     ('0.001', '20', '10⁻⁵', '3·10⁻⁵')
     """
-    if 1e-4 < abs(value) < 1e5 or value == 0.0:
+    if 0.99e-4 < abs(value) < 1e5 or value == 0.0:
         return f"{value:g}"
     digits, _, exponent = f"{value:.0e}".partition("e")
     raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))

@@ -1,7 +1,7 @@
 """The plant: what it is made of (`PlantModel`), and one to fly step by step (`SimulatedPlant`).
 
 Within a physics step the actuators move first, then the body: with semi-implicit Euler the new
-actuators give the wrench, the new velocities give the pose; Runge and Kutta's rule takes the
+actuators give the wrench, the new velocities give the pose; fourth-order Runge-Kutta takes the
 actuators at the start, middle and end of the step.
 """
 
@@ -63,7 +63,7 @@ class PlantModel(Record):
     physics_step, control_period : float, s
         The period is a multiple of the step.
     integrator : str
-        ``semi-implicit-euler`` or ``runge-kutta-4`` (on the rotation group).
+        ``semi-implicit-euler`` or ``runge-kutta-4`` (on SO(3)).
     effects : tuple of Effect
         Each kind once, but for constant wrenches, which add up.
 

@@ -129,7 +129,7 @@ def order_of_semi_implicit_euler() -> Result:
 
 @case(_ORDER)
 def order_of_runge_kutta() -> Result:
-    """Runge and Kutta's rule on the rotation group is of fourth order on the same flight."""
+    """Runge-Kutta on SO(3) is of fourth order on the same flight."""
     return _order(RUNGE_KUTTA, _COARSE)
 
 
@@ -141,7 +141,7 @@ def order_of_semi_implicit_euler_with_lag() -> Result:
 
 @case(_ORDER)
 def order_of_runge_kutta_with_lag() -> Result:
-    """Runge and Kutta's rule keeps its order while rotors spin up with a lag."""
+    """Runge-Kutta keeps its order while rotors spin up with a lag."""
     return _order(RUNGE_KUTTA, _COARSE, RotorLag(up=0.05))
 
 

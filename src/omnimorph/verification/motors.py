@@ -153,7 +153,7 @@ def reversal_takes_its_time() -> Result:
 
 @case("closed form: braking, rest for the reversal time, start")
 def reversal_takes_its_time_with_runge_kutta() -> Result:
-    """Runge and Kutta's rule gives the same reversal, to the step."""
+    """Runge-Kutta gives the same reversal, to the step."""
     return Result(value=_reversal(RUNGE_KUTTA), tolerance=1e-10, unit="Hz")
 
 

@@ -48,7 +48,7 @@ def noise_is_normal() -> Result:
 
 @case("independent samples: every correlation within five standard errors of zero")
 def noise_is_independent() -> Result:
-    """Axes, steps, flights and seeds, large ones too, do not know of one another."""
+    """Axes, steps, flights and seeds, large ones too, are independent of one another."""
     here = _normals()
     others = [
         measurement_noise(seed, flight, _STEPS) for seed, flight in ((11, 4), (12, 3), (3, 11))
@@ -95,8 +95,8 @@ def filtered_noise_is_the_white_noise_filtered() -> Result:
 
 
 @case("definition: one draw a control step")
-def measuring_again_tells_the_same() -> Result:
-    """Whoever looks twice within a control step, with or without filters, sees the same."""
+def measuring_twice_gives_the_same() -> Result:
+    """Measuring twice within a control step gives the same, with filters and without."""
     vehicle = omnimorph().replace(filter_cutoff=np.full(4, 10.0 * TURN))
     errors = []
     for filtered in (False, True):
@@ -110,8 +110,8 @@ def measuring_again_tells_the_same() -> Result:
 
 
 @case("definition: the noise of step k depends on (seed, flight, k) alone")
-def measuring_seldom_tells_the_same() -> Result:
-    """Whoever looks now and then sees what somebody who looks at each control step sees."""
+def measuring_seldom_gives_the_same() -> Result:
+    """Measuring at some control steps gives what measuring at all of them gives there."""
     vehicle = omnimorph().replace(filter_cutoff=np.full(4, 10.0 * TURN))
     noise = MeasurementNoise(position=1e-3, velocity=1e-2, filtered=True)
     often, seldom = (SimulatedPlant(vehicle, PlantModel(effects=(noise,))) for _ in range(2))
@@ -155,6 +155,6 @@ CASES: tuple[Case, ...] = (
     measured_is_motion_plus_noise,
     filtered_noise_has_the_filters_variance,
     filtered_noise_is_the_white_noise_filtered,
-    measuring_again_tells_the_same,
-    measuring_seldom_tells_the_same,
+    measuring_twice_gives_the_same,
+    measuring_seldom_gives_the_same,
 )

@@ -209,7 +209,7 @@ def _judge_loss(key: str, losses: list[PaperLoss]) -> Judged:
 
 
 def _holds(one: PaperLoss, *, fails: bool) -> bool | None:
-    """Tell whether most flights survive, or fail, whichever of the two criteria counts."""
+    """Return whether most flights survive, or fail, whichever of the two criteria counts."""
     intervals = [share_interval(*one.share(criterion)) for criterion in (NOT_LOST, POSE_KEPT)]
     return survival_holds(intervals, fails=fails)
 
@@ -221,7 +221,7 @@ def _shares_in_words(one: PaperLoss) -> str:
 
 
 def _judge_most_affected(losses: list[PaperLoss]) -> Judged:
-    """Tell both errors where the vehicle survives."""
+    """Judge both errors where the vehicle survives."""
     held = [one for one in losses if one.share(NOT_LOST).at_least_half]
     position, attitude = (
         float(np.mean([spread_of(one.flown, metric).mean for one in held])) if held else np.nan

@@ -32,7 +32,7 @@ _ACTUATION = "pytest tests/physics/test_actuation.py"
 
 @dataclass(frozen=True, kw_only=True)
 class CounterExample:
-    """Thrusts that tell two conditions on rank F apart.
+    """Thrusts that distinguish two conditions on rank F.
 
     Attributes
     ----------
@@ -149,7 +149,7 @@ def _judge_ranks(vehicle: Vehicle, analysis: VehicleAnalysis) -> list[Judged]:
         "rank_elsewhere": int(analysis.sweep.rank_thrust[1:-1].min()),
     }
     found = ", ".join(f"{math.degrees(one.tilt):.0f}°" for one in analysis.singular)
-    why = f"Over the whole turn the rank falls at {found.replace('-', '−')} only."
+    why = f"Over a full rotation of the tilt the rank falls at {found.replace('-', '−')} only."
     return [
         judge(key, here=rank, basis=Basis.DERIVED, why=why, command=_ANALYZE)
         for key, rank in ranks.items()
@@ -213,7 +213,7 @@ def _judge_axes(vehicle: Vehicle) -> Judged:
     ours = axes[:, _by_vertex(vehicle)]
     apart = float(np.abs(np.abs((about_z @ fixed * ours).sum(axis=0)) - 1.0).max())
     found = f"at {math.degrees(tilt):.4f}° the axes are those, turned: identical to rounding"
-    why = "Four axes point the other way, which rotors that turn both ways do not feel."
+    why = "Four axes point in the opposite direction, the same for bi-directional rotors."
     return _statement("turned_axes", apart < 1e-12, found, why, "omnimorph verify")
 
 

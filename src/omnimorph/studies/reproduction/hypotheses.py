@@ -82,7 +82,7 @@ class Hypothesis:
         return spread_of(self.flown[scenario], metric, MEASURES[metric].factor)
 
     def explains(self, claim: paper.PaperClaim) -> bool:
-        """Tell whether the number of a claim comes out under it."""
+        """Return whether the number of a claim comes out under it."""
         assert claim.value is not None
         here = self.spread(claim.about["scenario"], claim.about["metric"]).mean
         return is_near(here, claim.value)
@@ -117,7 +117,7 @@ class Hypothesis:
         if third > second:
             found.append("‖e_R‖ of the third flight is above Case B's, and the paper's is below")
         a, b = (f"{100.0 * self.energy_difference(name):+.0f} %" for name in (A, B))
-        found.append(f"energies {a} and {b} in Cases A and B".replace("-", "−"))
+        found.append(f"energies {a} and {b} off the paper's in Cases A and B".replace("-", "−"))
         return found
 
     def as_dict(self) -> dict[str, Any]:

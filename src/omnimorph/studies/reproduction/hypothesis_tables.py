@@ -48,4 +48,9 @@ def objection_table(hypotheses: Sequence[Hypothesis]) -> Table:
         for one in hypotheses
     ]
     head = ["", "position error, B over A", "against it"]
-    return Table("What speaks against each.", head, rows, frozenset({1}))
+    return Table(
+        "What speaks against each hypothesis, beside the ratio of its position errors.",
+        head,
+        rows,
+        frozenset({1}),
+    )

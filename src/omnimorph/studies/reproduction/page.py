@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -29,10 +28,11 @@ from omnimorph.studies.reproduction.ablation import Lag
 from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import A, B, PaperFlights
 from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
+from omnimorph.studies.reproduction.key_numbers import key_table
 from omnimorph.studies.reproduction.lost_thrust import KEPT_WITHIN_DEG, KEPT_WITHIN_M
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.printed_matrix import ROWS
-from omnimorph.studies.reproduction.sentences import key_points, reasons, tilt_points
+from omnimorph.studies.reproduction.sentences import key_points, reasons
 from omnimorph.studies.reproduction.verdicts import RULES, Judged, Verdict
 from omnimorph.studies.reproduction.words import FLIGHT_WORDS
 from omnimorph.units import from_SI
@@ -40,7 +40,6 @@ from omnimorph.units import from_SI
 __all__ = ["command", "write_page"]
 
 _TITLE = "OmniMorph: the paper, line by line"
-_TURN = 2.0 * math.pi
 
 
 def write_page(
@@ -74,7 +73,6 @@ def write_page(
         "design": {"matrix": _matrix(findings)},
         "band_seconds": number(run.metrics.duration_s / figures.BANDS, 2),
         "speed_limit": number(from_SI(float(run.vehicle.speed_max.max()), "Hz")),
-        "joules": _paper_in_joules(),
         "reasons": reasons(findings.ablation, findings.hypotheses),
         "rules": RULES,
         "lag": _lag(findings.ablation.lag),
@@ -83,7 +81,6 @@ def write_page(
         "kept_m": number(KEPT_WITHIN_M),
         "kept_deg": number(KEPT_WITHIN_DEG),
         "degraded_words": _degraded_words(findings),
-        "tilt_points": tilt_points(findings.tilt_choice),
         "command": command(plan),
         "run_files": run_files,
     }
@@ -102,6 +99,7 @@ def _tables(
     chosen = [name for name, source in vehicle.sources.items() if source.assumed] + ["speed_max"]
     stated = [name for name in vehicle.sources if name not in chosen]
     return {
+        "key": key_table(findings),
         "claims": tables.claims_table(rows),
         "actuation": tables.actuation_table(design),
         "examples": tables.example_table(design),
@@ -116,13 +114,16 @@ def _tables(
         "losses": tables.losses_table(degraded),
         "frontier": tables.frontier_table(degraded),
         "dead": tables.dead_rotor_table(degraded),
+        "gaps": tables.gap_table(findings.tilt_choice),
         "tilt_choice": tables.tilt_choice_table(findings.tilt_choice),
         "trajectory": trajectory_table(run),
         "plant": plant_table(run),
-        "assumed": source_table(vehicle, "Assumed, or calibrated.", chosen),
-        "sources": source_table(vehicle, "Stated somewhere, or derived.", stated),
+        "assumed": source_table(
+            vehicle, "Assumed: neither published nor measured; or calibrated.", chosen
+        ),
+        "sources": source_table(vehicle, "Published or measured, or derived from what is.", stated),
         "metrics": metrics_table(
-            "Every metric of both flights.",
+            "Errors, energies, tilts, limits and residuals over the whole flights.",
             {FLIGHT_WORDS[name]: flights.runs[name].metrics for name in (A, B)},
         ),
         "failed": tables.failed_table(flown),
@@ -137,21 +138,6 @@ def _matrix(findings: Findings) -> dict[str, Any]:
         "misprints": matrix.misprints,
         "named_rows": list(zip(ROWS, matrix.entries, strict=True)),
     }
-
-
-def _paper_in_joules() -> dict[str, str]:
-    """Return the paper's own energies in joules, if its count left the speeds in hertz."""
-    found: dict[str, str] = {}
-    for key in ("a", "b"):
-        drag = paper.claims()[f"drag_energy_{key}"].value
-        spin_up = paper.claims()[f"acceleration_energy_{key}"].value
-        assert drag is not None
-        assert spin_up is not None
-        found |= {
-            f"drag_{key}": number(drag * _TURN),
-            f"spin_up_{key}": number(spin_up * _TURN**2),
-        }
-    return found
 
 
 def _lag(lag: Lag) -> dict[str, str]:
@@ -202,7 +188,7 @@ def _provenance_table(flights: PaperFlights) -> Table:
         rows.append([f"{FLIGHT_WORDS[name]}, content hash", run.content_hash])
         rows.append([f"{FLIGHT_WORDS[name]}, scenario hash", _sha256(origin.scenario_text)])
     rows.append(["vehicle hash", _sha256(flights.runs[A].provenance.vehicle_text)])
-    return Table("Where these flights come from.", ["", ""], rows)
+    return Table("Scenario, plant, seed and hashes of the flights that are kept.", ["", ""], rows)
 
 
 def _sha256(text: str) -> str:

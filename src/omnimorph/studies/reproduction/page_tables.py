@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from omnimorph.report.analysis_words import condition_words, rows_by_tilt
 from omnimorph.report.tables import Table, degrees, number
 from omnimorph.results.measures import MEASURES
@@ -23,6 +25,7 @@ from omnimorph.studies.reproduction.words import (
     FLIGHT_WORDS,
     difference_words,
     spread_words,
+    with_unit,
 )
 from omnimorph.units import from_SI
 
@@ -36,6 +39,7 @@ __all__ = [
     "example_table",
     "failed_table",
     "frontier_table",
+    "gap_table",
     "lag_table",
     "losses_table",
     "tilt_choice_table",
@@ -43,25 +47,32 @@ __all__ = [
     "wake_table",
 ]
 
+_TURN = 2.0 * math.pi
+
 
 def claims_table(judged: Sequence[Judged]) -> Table:
     """Return every claim of the paper in a line."""
     rows = []
     for row in judged:
         here, unit = row.here_in_words, row.claim.unit
-        found = f"{here} {unit}".strip() if here else row.found
+        found = with_unit(here, unit) if here else row.found
         rows.append(
             [
                 row.claim.text,
                 row.claim.rule,
-                "" if row.claim.value is None else f"{number(row.claim.value, 5)} {unit}".strip(),
+                "" if row.claim.value is None else with_unit(number(row.claim.value, 5), unit),
                 f"{found}. {row.why}" if row.explained else found,
                 difference_words(row.difference) if here else "",
                 row.verdict.value,
             ]
         )
     head = ["the paper says", "rule", "its number", "here", "difference", "verdict"]
-    return Table("Every claim.", head, rows, frozenset({2}))
+    return Table(
+        "What the paper says, in the order of its sections, beside what comes out here.",
+        head,
+        rows,
+        frozenset({2}),
+    )
 
 
 # --- design ---------------------------------------------------------------------------------------
@@ -84,11 +95,11 @@ def actuation_table(design: Design) -> Table:
             ]
         )
     head = ["tilt", "why this one", "rank A", "rank F", "where tilting adds one", "class"]
-    return Table("What can be moved, by tilt.", head, rows, frozenset({2, 3}))
+    return Table("Ranks and classes at the tilts that stand out.", head, rows, frozenset({2, 3}))
 
 
 def example_table(design: Design) -> Table:
-    """Return the thrusts that tell the paper's conditions from ours."""
+    """Return the thrusts that distinguish the paper's conditions from ours."""
     rows = [
         [
             degrees(one.tilt),
@@ -101,15 +112,20 @@ def example_table(design: Design) -> Table:
         for one in design.examples
     ]
     head = ["tilt", "thrusts", "rank F by the paper", "rank F", "it is higher if and only if", ""]
-    return Table("Thrusts that decide.", head, rows, frozenset({2, 3}))
+    return Table(
+        "Thrusts for which the rank of F decides between the paper's condition and ours.",
+        head,
+        rows,
+        frozenset({2, 3}),
+    )
 
 
 # --- flights --------------------------------------------------------------------------------------
 
 
 def energy_table(flights: PaperFlights) -> Table:
-    """Return both energies of each flight in both counts."""
-    rows = []
+    """Return both energies of each flight in both counts, below the paper's own."""
+    rows = [[f"the paper, {FLIGHT_WORDS[name]}", *_paper_energies(name)] for name in (A, B)]
     for words, name, flown in _both_plants(flights):
         row = [words]
         for metric in ("drag_energy", "acceleration_energy"):
@@ -118,21 +134,32 @@ def energy_table(flights: PaperFlights) -> Table:
             perfect = spread_of([flights.perfect[name]], f"{metric}_paper")
             row.append(number(perfect.mean))
         rows.append(row)
-    head = ["", "drag (“J”)", "drag (J)", "perfect (“J”)", "acceleration (“J”)"]
-    head += ["acceleration (J)", "perfect (“J”)"]
+    head = ["", "rotor drag (“J”)", "rotor drag (J)", "perfect plant (“J”)"]
+    head += ["acceleration (“J”)", "acceleration (J)", "perfect plant (“J”)"]
     caption = (
-        "Energy against drag, and to accelerate the rotors: in the paper's count and in joules."
+        "Rotor drag energy, and energy to accelerate the rotors: in the paper's count (“J”) and in "
+        "joules."
     )
     return Table(caption, head, rows, frozenset(range(1, 7)))
+
+
+def _paper_energies(scenario: str) -> list[str]:
+    """Return the paper's own cells of the table of energies: it left the speeds in hertz."""
+    cells = []
+    for kind, factor in (("drag", _TURN), ("acceleration", _TURN**2)):
+        value = paper.claims()[f"{kind}_energy_{'a' if scenario == A else 'b'}"].value
+        assert value is not None
+        cells += [number(value, 5), number(factor * value), "—"]
+    return cells
 
 
 def error_table(flights: PaperFlights) -> Table:
     """Return mean and root-mean-square errors of each flight beside the paper's."""
     shown = {
-        "position_error_mean_m": ("position, mean (mm)", 1e3),
-        "position_error_rms_m": ("position, RMS (mm)", 1e3),
+        "position_error_mean_m": ("position error, mean (mm)", 1e3),
+        "position_error_rms_m": ("position error, RMS (mm)", 1e3),
         "attitude_error_paper": ("‖e_R‖, mean (10⁻³)", 1e3),
-        "attitude_error_rms_rad": ("angle, RMS (°)", math.degrees(1.0)),
+        "attitude_error_rms_rad": ("attitude error, RMS (°)", math.degrees(1.0)),
     }
     rows = []
     for words, _, flown in _both_plants(flights):
@@ -141,7 +168,9 @@ def error_table(flights: PaperFlights) -> Table:
             row.append(spread_words(spread_of(flown, metric), factor))
         rows.append(row)
     head = ["", *(words for words, _ in shown.values())]
-    caption = "Errors over the whole flight, every physics step counted alike."
+    caption = (
+        "Means and root mean squares (RMS) over the whole flight, every physics step counted alike."
+    )
     return Table(caption, head, rows, frozenset(range(1, 5)))
 
 
@@ -160,8 +189,8 @@ def variant_table(flights: PaperFlights) -> Table:
         words = f"step {1e3 * variant.step:g} ms" + (", tiny noise" if variant.noise else "")
         numbers = (metrics.drag_energy_paper, metrics.tilt_mean_deg, b.mean)
         rows.append([words, *(number(value) for value in numbers)])
-    head = ["perfect plant", "Case A (“J”)", "its mean tilt (°)", "Case B (“J”)"]
-    caption = "Energy against drag in plants that ought to agree."
+    head = ["perfect plant", "Case A (“J”)", "its tilt, mean (°)", "Case B (“J”)"]
+    caption = "Rotor drag energy in plants that ought to agree."
     return Table(caption, head, rows, frozenset({1, 2, 3}))
 
 
@@ -178,8 +207,14 @@ def wake_table(flights: PaperFlights) -> Table:
             )
             row.append(f"{number(still, 3)} → {number(wakes, 3)}")
         rows.append(row)
-    head = ["still air → in the wakes", "energy (“J”)", "tilt (°)", "position (mm)", "‖e_R‖"]
-    caption = "What interference does to the flights: means over the seeds."
+    head = [
+        "",
+        "rotor drag energy (“J”)",
+        "tilt, mean (°)",
+        "position error, mean (mm)",
+        "‖e_R‖, mean",
+    ]
+    caption = "In still air → in the wakes, means over the seeds."
     return Table(caption, head, rows, frozenset({1, 2, 3, 4}))
 
 
@@ -196,8 +231,8 @@ def ablation_table(ablation: Ablation) -> Table:
             means = (condition.spread(name, metric).mean for name in CASES)
             row.append(" / ".join(number(factor * mean, 3) for mean in means))
         rows.append(row)
-    head = ["", "tilt (°)", "drag (“J”)", "acceleration (“J”)"]
-    head += ["position, mean (mm)", "position, RMS (mm)", "‖e_R‖"]
+    head = ["", "tilt, mean (°)", "rotor drag energy (“J”)", "energy to accelerate (“J”)"]
+    head += ["position error, mean (mm)", "position error, RMS (mm)", "‖e_R‖, mean"]
     caption = "Case A / Case B, means over the seeds."
     return Table(caption, head, rows, frozenset(range(1, 7)))
 
@@ -249,7 +284,8 @@ def losses_table(degraded: Degraded) -> Table:
         ]
         for one in degraded.losses
     ]
-    head = ["", "speed limit (Hz)", "not lost", "pose kept", "position, mean (mm)", "‖e_R‖, mean"]
+    head = ["", "speed limit (Hz)", "not lost", "pose kept"]
+    head += ["position error, mean (mm)", "‖e_R‖, mean"]
     caption = "The paper's three flights with less thrust; errors of those that were not lost."
     return Table(caption, head, rows, frozenset(range(1, 6)))
 
@@ -287,7 +323,7 @@ def dead_rotor_table(degraded: Degraded) -> Table:
 
 
 def tilt_choice_table(found: TiltChoice) -> Table:
-    """Return energy, tilt and error of each way to choose the tilt, beside the oracle's."""
+    """Return energy, tilt and error of each method to choose the tilt, above the lower bound."""
     rows = []
     for choice in found.choices:
         row = [choice.label]
@@ -299,21 +335,42 @@ def tilt_choice_table(found: TiltChoice) -> Table:
                 spread_words(spread_of(choice.flown[name], "position_error_mean_m", 1e3)),
             ]
         rows.append(row)
-    oracle = number(found.oracle.energy_paper), number(math.degrees(found.oracle.tilt.mean()), 3)
-    rows.append(["oracle of least power", *(2 * [oracle[0], "", oracle[1], ""])])
+    bound = found.lower_bound
+    energy, tilt = number(bound.energy_paper), number(math.degrees(bound.tilt.mean()), 3)
+    rows.append(["lower bound", *(2 * [energy, "", tilt, ""])])
     head = [""]
     for name in CASES:
         case = FLIGHT_WORDS[name]
-        head += [f"{case} (“J”)", "above the least", "tilt (°)", "position (mm)"]
-    caption = "Energy against drag, mean tilt and mean position error by how the tilt is chosen."
+        head += [f"{case}, energy (“J”)", "relative to the lower bound", "tilt, mean (°)"]
+        head += ["position error, mean (mm)"]
+    caption = "Rotor drag energy, tilt and position error by how the tilt is chosen."
     return Table(caption, head, rows, frozenset(range(1, 9)))
+
+
+def gap_table(found: TiltChoice) -> Table:
+    """Return how much more than the best the paper's choice costs, over its control steps."""
+    rows = [
+        [
+            f"{FLIGHT_WORDS[one.scenario]}, {one.span}",
+            _excess(float(np.median(one.gap))),
+            f"{100.0 * float((one.gap > 0.01).mean()):.1f}",
+        ]
+        for one in found.gaps
+    ]
+    head = ["beside", "median of its excess cost (%)", "steps that cost over 1 % more (%)"]
+    caption = "The cost of the three candidates' choice, relative to the best of a search."
+    return Table(caption, head, rows, frozenset({1, 2}))
+
+
+def _excess(share: float) -> str:
+    return "identical to rounding" if abs(share) < 1e-12 else number(100.0 * share, 2)
 
 
 # --- all flights ----------------------------------------------------------------------------------
 
 
 def failed_table(groups: Mapping[str, Sequence[tuple[Job, Flown]]]) -> Table:
-    """Return the flights that were not completed, a row for each way in which they ended.
+    """Return the flights that were not completed, a row for each end that they came to.
 
     Parameters
     ----------
@@ -334,4 +391,4 @@ def failed_table(groups: Mapping[str, Sequence[tuple[Job, Flown]]]) -> Table:
             after = f"{min(times):.1f} … {max(times):.1f}" if times else "—"
             rows.append([words, scenario, how, f"{len(some)} of {among}", after])
     head = ["flown for", "flight", "how it ended", "how many", "after (s)"]
-    return Table("Flights that were not completed.", head, rows, frozenset({3, 4}))
+    return Table("What they were flown for, and how they ended.", head, rows, frozenset({3, 4}))

@@ -157,7 +157,7 @@ def _flight_drawings(findings: Findings) -> dict[str, _Drawing]:
             lambda: figures.power_and_energy((fixed_a, fixed_b)),
         ),
         "energies": (
-            "Energy against drag of each flight beside the paper's",
+            "Rotor drag energy of each flight beside the paper's",
             lambda: summary_figures.energies(energy_rows(flights)),
         ),
     }
@@ -194,7 +194,7 @@ def _study_drawings(findings: Findings) -> dict[str, _Drawing]:
             lambda: draw_energies(findings.tilt_choice),
         ),
         "cost_gap": (
-            "Share of control steps over how much dearer the chosen tilt is",
+            "Share of control steps over the excess cost of the chosen tilt",
             lambda: draw_gaps(findings.tilt_choice),
         ),
     }

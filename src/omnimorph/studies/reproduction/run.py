@@ -43,8 +43,8 @@ from omnimorph.studies.reproduction.pictures import N_PICTURES, draw_pictures
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.tilt_choice import (
     TiltChoice,
-    ask_oracle,
     count_choices,
+    find_lower_bound,
     fly_choices,
     measure_gaps,
 )
@@ -111,7 +111,7 @@ def reproduce(out: Path, plan: Plan, progress: Progress | None = None) -> Path:
 
 
 class _Work:
-    """Flies what the sections ask for, remembers for what, and tells how far it is."""
+    """Flies what the sections ask for, remembers for what, and reports how far it is."""
 
     def __init__(self, plan: Plan, log: FlightLog, progress: Progress | None) -> None:
         self.plan, self.log = plan, log
@@ -132,7 +132,7 @@ class _Work:
         aside = busy_pool(1)
         try:
             design, experiment = aside.submit(examine_design), aside.submit(replay_experiment)
-            physical, oracle = aside.submit(physical_limits), aside.submit(ask_oracle)
+            physical, bound = aside.submit(physical_limits), aside.submit(find_lower_bound)
             gaps = aside.submit(measure_gaps, plan.seeds[0])
             return Findings(
                 flights=fly_paper(plan, fly_them),
@@ -141,7 +141,9 @@ class _Work:
                 degraded=fly_degraded(plan, fly_them, physical.result()),
                 degraded_runs=_fly_drawn_losses(plan),
                 tilt_choice=TiltChoice(
-                    choices=fly_choices(plan, fly_them), gaps=gaps.result(), oracle=oracle.result()
+                    choices=fly_choices(plan, fly_them),
+                    gaps=gaps.result(),
+                    lower_bound=bound.result(),
                 ),
                 design=design.result(),
                 experiment=experiment.result(),
@@ -151,12 +153,12 @@ class _Work:
 
     def fly_jobs(self, jobs: Sequence[Job], words: str) -> list[Flown]:
         """Fly jobs, all that are not in the log."""
-        flown = fly_jobs(jobs, self.log, lambda: self.tell(f"flying {words}"))
+        flown = fly_jobs(jobs, self.log, lambda: self.report(f"flying {words}"))
         self.flown.setdefault(words, []).extend(zip(jobs, flown, strict=True))
         return flown
 
-    def tell(self, label: str) -> None:
-        """Tell that one more thing is about to be done."""
+    def report(self, label: str) -> None:
+        """Report that one more thing is about to be done."""
         if self._progress is not None:
             self._progress(self._done, self._total, label)
         self._done += 1
@@ -178,7 +180,7 @@ def _write(findings: Findings, work: _Work, folder: Path) -> None:
     names = {name: f"run-{name}.nc" for name in _KEPT}
     for name, file in names.items():
         findings.flights.runs[name].save(folder / file)
-    pictures = draw_pictures(findings, folder / "figures", work.tell, draft=work.plan.quick)
+    pictures = draw_pictures(findings, folder / "figures", work.report, draft=work.plan.quick)
     write_page(
         folder / "report.html",
         findings,

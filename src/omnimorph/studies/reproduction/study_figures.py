@@ -159,7 +159,7 @@ def draw_frontier(degraded: Degraded) -> Figure:
         _shares(
             f"{FLIGHT_WORDS[name]}, {criterion}",
             Look(LOOKS[name].colour, mark="o" if criterion == NOT_LOST else "D"),
-            np.arange(1.0, len(shares) + 1.0),
+            np.arange(float(len(shares))),
             shares,
         )
         for (name, criterion), shares in degraded.dead.items()
@@ -189,16 +189,16 @@ def _shares(words: str, look: Look, over: np.ndarray, shares: list[Share]) -> Su
 
 
 def draw_tilt_choice(found: TiltChoice) -> Figure:
-    """Draw the tilt by how it is chosen, beside the oracle's."""
+    """Draw the tilt by how it is chosen, beside the lower bound's."""
     cases = {}
     for name in CASES:
         shown = [
             Flight(choice.label, choice.runs[name], look)
             for choice, look in zip(found.choices, ORDER[1:], strict=False)
         ]
-        best = np.interp(shown[0].run.time, found.oracle.time, found.oracle.tilt)
-        oracle = replace(shown[0].run, tilt_actual=best[:, None])
-        cases[FLIGHT_WORDS[name]] = [*shown, Flight("oracle of least power", oracle, ORDER[0])]
+        best = np.interp(shown[0].run.time, found.lower_bound.time, found.lower_bound.tilt)
+        bound = replace(shown[0].run, tilt_actual=best[:, None])
+        cases[FLIGHT_WORDS[name]] = [*shown, Flight("lower bound", bound, ORDER[0])]
     return tilt_by_choice(cases)
 
 
@@ -219,7 +219,7 @@ def draw_energies(found: TiltChoice) -> Figure:
         )
         for choice in found.choices
     ]
-    least = dict.fromkeys(names, found.oracle.energy_paper)
+    least = dict.fromkeys(names, found.lower_bound.energy_paper)
     looks = {
         case: Look(LOOKS[name].colour, mark=mark)
         for (case, name), mark in zip(names.items(), "os", strict=True)
@@ -228,7 +228,7 @@ def draw_energies(found: TiltChoice) -> Figure:
 
 
 def draw_gaps(found: TiltChoice) -> Figure:
-    """Draw how many control steps are dearer than the best by how much."""
+    """Draw how many control steps cost more than the best, by how much."""
     looks = [Look(LOOKS[name].colour, line) for name in CASES for line in ("-", DASHED)]
     return cost_gaps(
         [

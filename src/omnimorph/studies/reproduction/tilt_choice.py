@@ -1,4 +1,4 @@
-"""Choosing the tilt: three candidates, exhaustive searches, and an oracle of least power."""
+"""Choosing the tilt: three candidates, exhaustive searches, and a lower bound."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ __all__ = [
     "CASES",
     "Choice",
     "Gap",
-    "Oracle",
+    "LowerBound",
     "TiltChoice",
-    "ask_oracle",
     "count_choices",
+    "find_lower_bound",
     "fly_choices",
     "measure_gaps",
 ]
@@ -40,13 +40,13 @@ __all__ = [
 CASES = (A, B)
 THREE, WINDOW, RANGE = "three candidates", "exhaustive, window", "exhaustive, range"
 _IN_WINDOW, _IN_RANGE = 21, 61
-_ORACLE_TILTS, _ORACLE_PERIOD = 121, 0.04  # half a degree apart; s
+_BOUND_TILTS, _BOUND_PERIOD = 121, 0.04  # half a degree apart; s
 _TURN = 2.0 * math.pi
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Choice:
-    """One way to choose the tilt; mappings are by the name of the scenario.
+    """One method to choose the tilt; mappings are by the name of the scenario.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Choice:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gap:
-    """How much dearer each step of the paper's rule is than the best there is.
+    """How much more each step of the paper's rule costs than the best there is.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Gap:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Oracle:
+class LowerBound:
     """The least power with which the trajectory's exact wrench can be made, at each instant.
 
     Attributes
@@ -106,16 +106,16 @@ class Oracle:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TiltChoice:
-    """All ways to choose the tilt, the gaps of the paper's, and the oracle."""
+    """All methods to choose the tilt, the gaps of the paper's, and the lower bound."""
 
     choices: list[Choice]
     gaps: list[Gap]
-    oracle: Oracle
+    lower_bound: LowerBound
 
     def excess(self, choice: Choice, scenario: str) -> float:
-        """Return by which share a way spends more than the oracle."""
+        """Return the energy of a method relative to the lower bound, less one."""
         mean = spread_of(choice.flown[scenario], "drag_energy_paper").mean
-        return mean / self.oracle.energy_paper - 1.0
+        return mean / self.lower_bound.energy_paper - 1.0
 
     def as_dict(self) -> dict[str, Any]:
         """Return what ``results.json`` holds of it."""
@@ -129,7 +129,7 @@ class TiltChoice:
                             metric: spread_of(choice.flown[name], metric)._asdict()
                             for metric in metrics
                         }
-                        | {"above_the_oracle": self.excess(choice, name)}
+                        | {"relative_to_lower_bound": self.excess(choice, name)}
                         for name in CASES
                     },
                 }
@@ -146,10 +146,10 @@ class TiltChoice:
                 }
                 for one in self.gaps
             ],
-            "oracle": {
-                "drag_energy_J": self.oracle.energy,
-                "drag_energy_paper": self.oracle.energy_paper,
-                "tilt_mean_deg": float(np.degrees(self.oracle.tilt.mean())),
+            "lower_bound": {
+                "drag_energy_J": self.lower_bound.energy,
+                "drag_energy_paper": self.lower_bound.energy_paper,
+                "tilt_mean_deg": float(np.degrees(self.lower_bound.tilt.mean())),
             },
         }
 
@@ -160,21 +160,26 @@ def count_choices(plan: Plan) -> int:
 
 
 def fly_choices(plan: Plan, fly_jobs: FlyJobs) -> list[Choice]:
-    """Fly both cases with each way to choose the tilt."""
+    """Fly both cases with each method to choose the tilt."""
     scenarios = {name: load_scenario(name) for name in CASES}
     seeds = plan.first_seeds(plan.repeats)
     choices = []
     for label in (THREE, WINDOW, RANGE):
-        ways = {name: _searching(scenario, label) for name, scenario in scenarios.items()}
+        searches = {name: _searching(scenario, label) for name, scenario in scenarios.items()}
         flown = fly_jobs(
-            [Job(ways[name], seed) for name in CASES for seed in seeds], "ways to choose the tilt"
+            [Job(searches[name], seed) for name in CASES for seed in seeds],
+            "the choice of the tilt",
         )
         k = len(seeds)
         choices.append(
             Choice(
                 label=label,
                 runs=dict(
-                    zip(CASES, fly_runs([Job(ways[name], seeds[0]) for name in CASES]), strict=True)
+                    zip(
+                        CASES,
+                        fly_runs([Job(searches[name], seeds[0]) for name in CASES]),
+                        strict=True,
+                    )
                 ),
                 flown={name: flown[i * k : (i + 1) * k] for i, name in enumerate(CASES)},
             )
@@ -204,7 +209,7 @@ def _searching(scenario: Scenario, label: str) -> Scenario:
 
 
 class _Witness:
-    """The scenario's own controller, and a record of what it was told and what it decided."""
+    """The scenario's own controller, and a record of what it was given and what it decided."""
 
     def __init__(self, scenario: Scenario) -> None:
         self.controller = scenario.build_controller()
@@ -213,10 +218,10 @@ class _Witness:
         self.seen: list[tuple[FloatArray, FloatArray, FloatArray, float, float]] = []
 
     def __call__(self, time: float, state: State, desired: Desired) -> Command:
-        told = state_row(*state)
-        decided = self.controller.step(told, state_row(*desired))
+        given = state_row(*state)
+        decided = self.controller.step(given, state_row(*desired))
         self.seen.append(
-            (told, decided.wrench_asked.copy(), self.thrust, self.tilt, float(decided.cost))
+            (given, decided.wrench_asked.copy(), self.thrust, self.tilt, float(decided.cost))
         )
         self.thrust, self.tilt = decided.thrust.copy(), float(decided.tilt[0])
         return Command(self.thrust, decided.tilt)
@@ -230,7 +235,7 @@ def measure_gaps(seed: int) -> list[Gap]:
 def _gaps(scenario: Scenario, seed: int) -> list[Gap]:
     witness = _Witness(scenario)
     fly(scenario, seed=seed, controller=witness)
-    told, asked, before, tilt, cost = (
+    given, asked, before, tilt, cost = (
         np.array(column) for column in zip(*witness.seen, strict=True)
     )
     vehicle, rule = scenario.vehicle, scenario.allocator
@@ -241,43 +246,43 @@ def _gaps(scenario: Scenario, seed: int) -> list[Gap]:
         WINDOW: np.clip(window, low, high),
         RANGE: np.broadcast_to(np.linspace(low, high, _IN_RANGE), (len(tilt), _IN_RANGE)),
     }
-    acceleration = _acceleration(scenario, told, asked)
+    acceleration = _acceleration(scenario, given, asked)
     found = []
     for span, tried in tilts.items():
-        least = cost_over_tilt(vehicle, rule, told, acceleration, before, tried).min(axis=1)
+        least = cost_over_tilt(vehicle, rule, given, acceleration, before, tried).min(axis=1)
         least = np.minimum(least, cost)  # the grid may miss the tilt that was chosen
         found.append(Gap(scenario=scenario.name, span=span, gap=cost / least - 1.0))
     return found
 
 
-def _acceleration(scenario: Scenario, told: FloatArray, asked: FloatArray) -> FloatArray:
+def _acceleration(scenario: Scenario, given: FloatArray, asked: FloatArray) -> FloatArray:
     """Return the accelerations behind the wrenches that were asked for: (S, 6)."""
     vehicle = scenario.vehicle
-    R, w = told[:, 3:12].reshape(-1, 3, 3), told[:, 15:18]
+    R, w = given[:, 3:12].reshape(-1, 3, 3), given[:, 15:18]
     linear = np.einsum("sij,sj->si", R, asked[:, :3]) / vehicle.mass - [0.0, 0.0, GRAVITY]
     torque = asked[:, 3:] - np.cross(w, w @ vehicle.inertia)
     return np.hstack([linear, np.linalg.solve(vehicle.inertia, torque.T).T])
 
 
-# --- the oracle -----------------------------------------------------------------------------------
+# --- the lower bound ------------------------------------------------------------------------------
 
 
-def ask_oracle() -> Oracle:
+def find_lower_bound() -> LowerBound:
     """Return at each instant the tilt at which the desired motion takes the least power.
 
-    Both cases have the same vehicle and the same trajectory, so that one oracle serves both.
+    Both cases have the same vehicle and the same trajectory, so that one bound serves both.
     """
     scenario = load_scenario(A)
     vehicle, reference = scenario.vehicle, scenario.reference
-    time = np.arange(0.0, reference.duration, _ORACLE_PERIOD)
+    time = np.arange(0.0, reference.duration, _BOUND_PERIOD)
     wanted = [reference(float(t)) for t in time]
     wrenches = np.array(
         [wrench_for(vehicle, State(*one[:4]), np.concatenate([one[4], one[5]])) for one in wanted]
     )
     low, high = float(vehicle.servo_angle_min[0]), float(vehicle.servo_angle_max[0])
-    tilts = np.linspace(low, high, _ORACLE_TILTS)
+    tilts = np.linspace(low, high, _BOUND_TILTS)
     power = np.full((len(tilts), len(time)), np.inf)
     for k, tilt in enumerate(tilts):
         found = least_effort(vehicle, np.array([tilt]), wrenches, "power")
         power[k] = np.where(found.feasible, drag_power(vehicle, found.thrust), np.inf)
-    return Oracle(time=time, tilt=tilts[power.argmin(axis=0)], power=power.min(axis=0))
+    return LowerBound(time=time, tilt=tilts[power.argmin(axis=0)], power=power.min(axis=0))

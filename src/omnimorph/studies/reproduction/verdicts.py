@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from omnimorph.report.tables import number
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.paper import PaperClaim
+from omnimorph.studies.reproduction.words import with_unit
 
 __all__ = [
     "NEAR",
@@ -129,7 +130,7 @@ def verdict_of(
 
 
 def is_near(here: float, claimed: float) -> bool:
-    """Tell whether a number is near enough to the paper's.
+    """Return whether a number is near enough to the paper's.
 
     Examples
     --------
@@ -140,7 +141,7 @@ def is_near(here: float, claimed: float) -> bool:
 
 
 def bound_holds(here: float, claimed: float) -> bool:
-    """Tell whether what "up to `claimed`" allows is allowed, to the last digit that is printed.
+    """Return whether what "up to `claimed`" allows is allowed, to the last digit that is printed.
 
     Examples
     --------
@@ -152,7 +153,7 @@ def bound_holds(here: float, claimed: float) -> bool:
 
 
 def order_holds(*pairs: tuple[ArrayLike, ArrayLike]) -> bool | None:
-    """Tell whether all of the first lie below all of the second, in each pair.
+    """Return whether all of the first lie below all of the second, in each pair.
 
     None if one pair is neither so nor all the other way round.
 
@@ -172,7 +173,7 @@ def _below(low: Any, high: Any) -> bool | None:
 
 
 def survival_holds(intervals: Sequence[tuple[float, float]], *, fails: bool) -> bool | None:
-    """Tell whether most flights survive (or fail), from intervals of shares, by each criterion.
+    """Return whether most flights survive (or fail), from intervals of shares, by each criterion.
 
     None where one criterion says yes and another no, or the seeds do not settle it.
 
@@ -234,10 +235,11 @@ class Judged:
     @property
     def in_words(self) -> str:
         """The claim's number and ours, or what was found, in a sentence."""
-        unit = f" {self.claim.unit}" if self.claim.unit else ""
+        unit = self.claim.unit
         if self.claim.value is None:
             return f"Here: {self.found}."
-        both = f"The paper: {number(self.claim.value, 5)}{unit}. Here: {self.here_in_words}{unit}"
+        theirs, ours = with_unit(number(self.claim.value, 5), unit), self.here_in_words
+        both = f"The paper: {theirs}. Here: {with_unit(ours, unit)}"
         return f"{both}; {self.found}." if self.found else f"{both}."
 
     @property

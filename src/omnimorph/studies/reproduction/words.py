@@ -8,7 +8,7 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_WORDS", "difference_words", "mean_words", "spread_words"]
+__all__ = ["FLIGHT_WORDS", "difference_words", "mean_words", "spread_words", "with_unit"]
 
 FLIGHT_WORDS = {
     A: "Case A",
@@ -68,6 +68,17 @@ def mean_words(spread: Spread, factor: float = 1.0) -> str:
     if spread.completed < spread.flights:
         text += f", {spread.completed} of {spread.flights}"
     return text.replace("-", "−")
+
+
+def with_unit(number_words: str, unit: str) -> str:
+    """Return a number with its unit as print sets it: degrees stand close.
+
+    Examples
+    --------
+    >>> with_unit("37", "°"), with_unit("11", "mm"), with_unit("4", "")
+    ('37°', '11 mm', '4')
+    """
+    return f"{number_words}{unit}" if unit.startswith("°") else f"{number_words} {unit}".strip()
 
 
 def difference_words(share: float | None) -> str:

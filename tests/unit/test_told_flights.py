@@ -1,0 +1,85 @@
+"""What the reproduction tells of its flights is theirs: made-up ones, of different numbers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import omnimorph as om
+from omnimorph.report.tables import number
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.reproduction.design import _counter_examples, _judge_conditions
+from omnimorph.studies.reproduction.flights import PaperFlights, Variant
+from omnimorph.studies.reproduction.sentences import _energies
+from omnimorph.studies.reproduction.spread import Spread
+from omnimorph.studies.reproduction.verdicts import Verdict
+from omnimorph.studies.reproduction.words import FLIGHT_WORDS, spread_words
+
+RUN = om.fly(om.load_scenario("hover"))
+NAMES = list(FLIGHT_WORDS)
+A, B = NAMES[:2]
+
+
+def flown(count: float) -> Flown:
+    """A flight whose energies are known by one number."""
+    return Flown(replace(RUN.metrics, drag_energy_paper=count, drag_energy_J=7.0 * count))
+
+
+def made_up() -> PaperFlights:
+    groups: dict[str, Any] = {
+        group: {name: [flown(1000.0 * g + 100.0 * k + seed) for seed in (1, 3)]
+                for k, name in enumerate(NAMES)}
+        for g, group in enumerate(("realistic", "pose_only", "in_wakes"), start=1)
+    }  # fmt: skip
+    return PaperFlights(
+        seeds=range(2),
+        runs={A: RUN},
+        perfect={name: flown(50.0 + k) for k, name in enumerate(NAMES)},
+        variants=[Variant(step=0.001, noise=0.0, run=RUN, b=flown(77.0))],
+        **groups,
+    )
+
+
+def test_results_hold_each_flight_under_its_own_name() -> None:
+    flights = made_up()
+    told = flights.as_dict()
+    for g, group in enumerate(("realistic", "pose_only", "in_wakes"), start=1):
+        for k, name in enumerate(NAMES):
+            spread = told[group][name]["drag_energy_paper"]
+            begin = 1000.0 * g + 100.0 * k
+            assert (spread["mean"], spread["low"], spread["high"]) == (
+                *(begin + 2.0, begin + 1.0, begin + 3.0),
+            )
+    for k, name in enumerate(NAMES):
+        assert told["perfect"][name]["drag_energy_paper"]["mean"] == 50.0 + k
+    (variant,) = told["variants"]
+    assert variant[A] == RUN.metrics.as_dict()
+    assert variant[B]["drag_energy_paper"] == 77.0
+    assert told["content_hash"] == {A: RUN.content_hash}
+
+
+def test_energies_are_told_of_their_own_cases() -> None:
+    flights = made_up()
+    text = _energies(flights)
+    for name, case in ((A, "Case A"), (B, "Case B")):
+        count = flights.values(name, "drag_energy_paper").mean()
+        assert f"{number(count)} in {case}" in text
+    joules = [number(7.0 * flights.values(name, "drag_energy_paper").mean()) for name in (B, A)]
+    assert f"In joules they are {joules[0]} and {joules[1]}" in text
+
+
+def test_a_spread_is_told_in_the_unit_of_its_factor() -> None:
+    spread = Spread(0.001234, 0.00119, 0.00128, 0.000021, 20, 20)
+    assert spread_words(spread, 1e3) == "1.23 ± 0.02 (1.19 … 1.28)"
+
+
+def test_verdicts_on_the_design_follow_from_what_was_found() -> None:
+    vehicle = om.load_vehicle("omnimorph")
+    found = _judge_conditions(vehicle, _counter_examples(vehicle))
+    judged = {one.claim.key: one for one in found}
+    drag = judged["roll_from_drag"]
+    assert "its roll and pitch rows 2" in drag.found
+    assert drag.verdict is Verdict.CONTRADICTED
+    for key in ("full_rank_at_0", "full_rank_at_90"):
+        wrong = "not" in judged[key].found
+        assert judged[key].verdict is (Verdict.CONTRADICTED if wrong else Verdict.PREDICTED)

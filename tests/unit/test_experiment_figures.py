@@ -183,6 +183,20 @@ def test_two_values_of_the_paper_that_nearly_agree_are_two_lines() -> None:
     assert [line._unscaled_dash_pattern for line in drawn_as] == [one, two]  # type: ignore[attr-defined]
 
 
+def test_names_of_ticks_at_the_ends_of_a_panel_stay_in_it() -> None:
+    """Else they run together with those of the panel beside it."""
+    values = {name: {"Case A": [0.0, 36_000.0]} for name in ("w", "x", "y", "z")}
+    panels = [AblationPanel(name, f"{name} (–)") for name in values]
+    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LOOKS["Case A"]})
+    laid_out(figure)
+    for panel in figure.axes:
+        ticks = panel.xaxis.get_major_ticks()
+        assert len(ticks) >= 2
+        boxes = [tick.label1.get_window_extent() for tick in ticks]
+        assert panel.bbox.x0 - 2.0 <= boxes[0].x0
+        assert boxes[-1].x1 <= panel.bbox.x1 + 2.0
+
+
 # --- stand ----------------------------------------------------------------------------------------
 
 

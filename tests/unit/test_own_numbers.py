@@ -2,26 +2,50 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import omnimorph as om
 from omnimorph import effects
+from omnimorph.cli.main import main
+from omnimorph.design.files import vehicle_text
 from omnimorph.errors import ScenarioError
 from omnimorph.simulation.effects import EFFECTS, Effect
 
 
 @pytest.mark.parametrize(
-    ("effect", "field", "key", "own"),
+    ("effect", "field", "key", "remedy"),
     [
-        (effects.RotorLag(), "time_constant_up", "rotor.time_constant_up_ms", "up_ms"),
-        (effects.DeadBand(), "dead_band", "rotor.dead_band_Hz", "smallest_Hz"),
-        (effects.RotorMomentum(), "spin_inertia", "rotor.spin_inertia_kg_m2", ""),
-        (effects.ServoLag(), "servo_time_constant", "servo.time_constant_ms", "time_constant_ms"),
+        (
+            effects.RotorLag(),
+            "time_constant_up",
+            "rotor.time_constant_up_ms",
+            "; or give the effect up_ms of its own",
+        ),
+        (
+            effects.DeadBand(),
+            "dead_band",
+            "rotor.dead_band_Hz",
+            "; or give the effect smallest_Hz of its own",
+        ),
+        (
+            effects.RotorMomentum(),
+            "spin_inertia",
+            "rotor.spin_inertia_kg_m2",
+            "; or fly in the plant realistic-1, which lacks that effect",
+        ),
+        (
+            effects.ServoLag(),
+            "servo_time_constant",
+            "servo.time_constant_ms",
+            "; or give the effect time_constant_ms of its own",
+        ),
         (effects.MeasurementNoise(filtered=True), "filter_cutoff", "filter", ""),
     ],
 )
 def test_a_number_that_is_meant_of_the_vehicle_is_called_by_its_file(
-    effect: Effect, field: str, key: str, own: str
+    effect: Effect, field: str, key: str, remedy: str
 ) -> None:
     vehicle = om.load_vehicle("omnimorph")
     without = vehicle.replace(name="mine", **{field: 0.0 * getattr(vehicle, field)})
@@ -29,8 +53,23 @@ def test_a_number_that_is_meant_of_the_vehicle_is_called_by_its_file(
     with pytest.raises(ScenarioError) as caught:
         plant.build_settings(without)
     told = f"positive, because the plant's effect {effect.kind} takes it from the vehicle"
-    told += f"; or give the effect {own} of its own" if own else ""
+    told += remedy
     assert str(caught.value) == f"vehicle mine: {key} is 0, but it must be {told}."
+
+
+def test_a_vehicle_that_only_another_plant_takes_flies_in_that(tmp_path: Path) -> None:
+    vehicle = om.load_vehicle("quadrotor")
+    without = vehicle.replace(spin_inertia=0.0 * vehicle.spin_inertia)
+    tour = om.load_scenario("tour")
+    with pytest.raises(ScenarioError, match="fly in the plant realistic-1"):
+        tour.for_vehicle(without)
+    flown = tour.for_vehicle(without, plant="realistic-1")
+    assert (flown.plant.name, flown.gains) == ("realistic-1", tour.for_vehicle(vehicle).gains)
+    (tmp_path / "mine.toml").write_text(vehicle_text(without), encoding="utf-8")
+    words = ["fly", "tour", "--vehicle", str(tmp_path / "mine.toml"), "--out", str(tmp_path / "o")]
+    assert main([*words, "--plant", "realistic-1"]) == 0
+    assert om.load_run(tmp_path / "o" / "run.nc").provenance.plant_name == "realistic-1"
+    assert main(words) == 2
 
 
 def test_every_effect_that_falls_back_on_the_vehicle_says_so_that_way() -> None:

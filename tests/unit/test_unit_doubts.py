@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.physics.small_vehicles import build_vehicle
 
 import omnimorph as om
 from omnimorph.analysis import hover
@@ -21,6 +22,8 @@ from omnimorph.cli import console
 from omnimorph.cli.main import main
 from omnimorph.design.files import parse_vehicle, vehicle_text
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
+from omnimorph.design.unit_doubts import unit_doubts
+from omnimorph.design.vehicle import Vehicle
 
 ROOT = Path(__file__).parents[2]
 TURN = 2.0 * math.pi
@@ -174,8 +177,9 @@ def test_a_nano_quadrotor_in_rpm_would_take_sixty_times_its_power() -> None:
     (sentence,) = told(QUADROTOR)
     assert sentence == (
         "x.toml: rotor_defaults.speed_max_Hz is 24000.0: the largest propellers that fit between "
-        "the hubs, of 31.2 mm radius, have tips at 4705 m/s; it looks like rpm, "
-        "thrust_coefficient_N_per_Hz2 like N/rpm² and drag_coefficient_Nm_per_Hz2 like N m/rpm²."
+        "the hubs, of 31.2 mm radius, have tips at 4705 m/s, and only below 1.99 mm do they stay "
+        "under 300 m/s; it looks like rpm, thrust_coefficient_N_per_Hz2 like N/rpm² and "
+        "drag_coefficient_Nm_per_Hz2 like N m/rpm²."
     )
     with pytest.warns(om.UnlikelyUnitWarning):
         wrong = parse_vehicle(QUADROTOR, "x")
@@ -234,7 +238,10 @@ VOLIRO = om.load_vehicle("voliro")
     [
         ({"mass": 1e3}, "mass is 1920.0: .*; it looks like g"),
         ({"speed_max": 1 / TURN, "speed_min": 1 / TURN}, r"speed_max\[0\] is 133.* looks like Hz"),
-        ({"speed_max": 60 / TURN}, r"speed_max\[0\] is 8002.* tips at 1440 m/s; it looks like rpm"),
+        (
+            {"speed_max": 60 / TURN},
+            r"speed_max\[0\] is 8002.* tips at 1440 m/s, .*; it looks like rpm",
+        ),
         (
             {"thrust_coefficient": TURN**2, "drag_coefficient": TURN**2},
             r"thrust_coefficient\[0\] is .* like N/Hz² and drag_coefficient like N m/Hz²",
@@ -250,6 +257,36 @@ def test_in_python_numbers_are_questioned_in_SI(changes: dict[str, float], sente
     pickle.loads(pickle.dumps(built))  # copies are silent
     assert built.replace(title="A copy").mass == built.mass
     dataclasses.replace(VOLIRO, questioned=False, **values)
+
+
+HALF_WAY = np.array([0.0, 0.0, 0.03])
+
+
+def coaxial_octocopter() -> Vehicle:
+    """Return eight propellers of 30 inches in four pairs, 60 mm apart: 20 kg."""
+    angle = 0.5 * math.pi * np.arange(4)
+    arm = 0.75 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(4)])
+    values: dict[str, Any] = {
+        "spin_inertia": 1e-3,
+        "rotor_spin": np.repeat([1.0, -1.0], 4),
+        "speed_min": 0.0,
+    }
+    values |= {"thrust_coefficient": 9.4e-4, "drag_coefficient": 3.3e-5, "speed_max": 75.0 * TURN}
+    hubs = np.concatenate([arm + HALF_WAY, arm - HALF_WAY])
+    return build_vehicle(hubs, mass=20.0, inertia=np.diag([1.2, 1.2, 2.2]), **values)
+
+
+@pytest.mark.parametrize("factor", [1e3, 60.0, TURN])
+def test_pairs_on_one_axis_are_questioned_as_other_vehicles(factor: float) -> None:
+    octocopter = coaxial_octocopter()
+    assert unit_doubts(octocopter, "Hz") == []
+    changes: dict[str, Any] = {"mass": factor * octocopter.mass}
+    if factor < 1e3:
+        changes = {"speed_max": factor * octocopter.speed_max}
+    (doubt,) = unit_doubts(octocopter.replace(**changes), "Hz")
+    assert doubt.attribute in changes
+    meant = {1e3: "g", 60.0: "rpm", TURN: "rad/s"}[factor]
+    assert ((doubt.attribute, f"like {meant}"),) in doubt.explanations
 
 
 # --- what is not questioned ---------------------------------------------------------------------

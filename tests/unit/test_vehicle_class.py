@@ -145,6 +145,8 @@ def test_dimension_of_the_forces_over_all_tilts(vehicle: Vehicle, dimension: int
         (build_star(4, mass=0.8, speed_min=-600.0), "level and upside down only"),
         (build_star(4, cant=0.2, mass=0.8), "level only"),
         (build_star(6, mass=3.0), "none"),
+        (build_star(6, cant=0.3, speed_min=590.0), "none"),  # its least lift is twice the weight
+        (build_star(6, cant=0.3, speed_min=599.9, mass=2.103), "less than 0.01 %"),
         (build_vehicle([[0.0, 0.0, 0.1], [0.0, 0.0, -0.1]] * 2, [[0.6, 0.0, 0.8]] * 4), "none"),
         (om.load_vehicle("omnicopter"), "all"),
     ],

@@ -63,7 +63,6 @@ def attitude_share(vehicle: Vehicle, forces: Polytope) -> AttitudeShare:
     if forces.dimension < 3:
         return AttitudeShare(0.0, _words_of_few(single_attitudes(vehicle, forces), forces))
     weight = vehicle.mass * GRAVITY
-    farthest = float(np.linalg.norm(forces.vertices, axis=1).max())
     inside = (weight * _DIRECTIONS @ forces.normals.T <= forces.offsets).all(axis=1)
     share = float(inside.mean())
     if 0.0 < share < 1.0:
@@ -71,7 +70,23 @@ def attitude_share(vehicle: Vehicle, forces: Polytope) -> AttitudeShare:
     if share == 1.0:
         all_of_them = forces.inscribed_radius >= (1.0 - 1e-9) * weight
         return AttitudeShare(share, "all" if all_of_them else "all but less than 0.01 %")
-    return AttitudeShare(share, "less than 0.01 %" if farthest >= weight else "none")
+    farthest = float(np.linalg.norm(forces.vertices, axis=1).max())
+    meets = _least_force(forces) <= weight <= farthest
+    return AttitudeShare(share, "less than 0.01 %" if meets else "none")
+
+
+def _least_force(forces: Polytope) -> float:
+    """Return the distance of a set of forces from zero, N; 0 if it holds zero.
+
+    C. L. Lawson, R. J. Hanson, "Solving Least Squares Problems", 1974, chapter 23 (LDP).
+    """
+    from scipy.optimize import nnls
+
+    constraints = np.vstack([-forces.normals.T, -forces.offsets])
+    goal = np.append(np.zeros(3), 1.0)
+    multipliers, _ = nnls(constraints, goal)
+    residual = constraints @ multipliers - goal
+    return float(np.linalg.norm(residual[:3]) / -residual[3])
 
 
 _DIRECTIONS = sphere_directions(_SAMPLED)

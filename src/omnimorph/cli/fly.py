@@ -65,24 +65,24 @@ def answer(options: argparse.Namespace) -> console.Answer:
 
     scenario = om.load_scenario(options.scenario)
     if options.vehicle is not None:
-        scenario = scenario.for_vehicle(om.load_vehicle(options.vehicle))
+        vehicle = om.load_vehicle(options.vehicle)
+        scenario = scenario.for_vehicle(vehicle, plant=options.plant)
+    elif options.plant is not None:
+        scenario = replace(scenario, plant=om.load_plant(options.plant))
     changes = [Path(name).stem for name in (options.vehicle, options.plant) if name]
     out = options.out or Path("runs", _folder_name(scenario.name, changes, options.seed))
     check_folder(out)
     if options.view:
         return _watched(options, scenario, out)
     with console.Progress(f"flying {scenario.name}") as progress:
-        run = om.fly(scenario, seed=options.seed, plant=options.plant, progress=progress)
+        run = om.fly(scenario, seed=options.seed, progress=progress)
     return _kept(scenario, run, out)
 
 
 def _watched(options: argparse.Namespace, scenario: Scenario, out: Path) -> console.Answer:
     """Fly while someone looks; keep the run, then the page until the browser leaves it."""
     from omnimorph.live.page import LivePage
-    from omnimorph.simulation.scenario_files import load_plant
 
-    if options.plant is not None:
-        scenario = replace(scenario, plant=load_plant(options.plant))
     with served(options) as server:
         page = LivePage(server, scenario, options.seed)
         announce(server, options, "it flies once you look, and ends when you have looked")

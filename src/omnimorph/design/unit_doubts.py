@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from omnimorph.protocols import FloatArray
 from omnimorph.units import SPEED_SLIPS, SPEED_UNITS
 
 if TYPE_CHECKING:
@@ -46,6 +45,7 @@ _LIKELY_TIP = (30.0, _FASTEST_TIP)
 # the middle.
 _LIKELY_COEFFICIENT, _USUAL_COEFFICIENT = (1e-3, 20.0), 0.3
 _FARTHEST_HUB = 10.0  # m
+_ONE_AXIS = 1e-3  # 1 − cos of less than 3°
 _TILT = (math.radians(4.0), 4.0 * math.pi), (math.radians(4.0), math.radians(400.0))
 _LENGTHS = {"mm": 1e-3, "cm": 1e-2}
 _INERTIAS = {"g m²": 1e-3, "kg cm²": 1e-4, "kg mm²": 1e-6, "g cm²": 1e-7}
@@ -74,21 +74,23 @@ class UnitDoubt(NamedTuple):
     explanations: tuple[Explanation, ...]
 
 
-def largest_radius(hubs: FloatArray) -> float | None:
+def largest_radius(vehicle: Vehicle) -> float | None:
     """Return the largest radius, m, with which no two discs touch, but for 4 %.
 
-    Parameters
-    ----------
-    hubs : (n, 3) array, m
-        Those at one place count as one.
+    Those at one place count as one, and so do two fixed rotors one above the other on one axis.
 
     Returns
     -------
     float or None
-        0.48 times the least distance; None if all hubs are at one place.
+        0.48 times the least distance; None if there is none.
     """
-    apart = np.linalg.norm(hubs[:, None] - hubs[None], axis=2)
-    between = apart[apart > 1e-9]
+    hubs, axes = vehicle.rotor_position, vehicle.rotor_axis
+    offset = hubs[:, None] - hubs[None]
+    apart = np.linalg.norm(offset, axis=2)
+    fixed = vehicle.rotor_servo < 0
+    along = np.abs(np.einsum("ijk,ik->ij", offset, axes))
+    coaxial = (np.abs(axes @ axes.T) > 1.0 - _ONE_AXIS) & (along > (1.0 - _ONE_AXIS) * apart)
+    between = apart[(apart > 1e-9) & ~(coaxial & fixed[:, None] & fixed)]
     return 0.48 * float(between.min()) if len(between) else None
 
 
@@ -175,7 +177,7 @@ def _both(one: _Cure, other: _Cure) -> _Cure:
 
 def _of_thrusts(vehicle: Vehicle, said: str, limits_are_thrusts: bool) -> Iterator[UnitDoubt]:
     """Question speeds, thrust coefficients and mass, which depend on one another."""
-    radius = largest_radius(vehicle.rotor_position)
+    radius = largest_radius(vehicle)
     if radius is None:
         return
     speeds = np.maximum(np.abs(vehicle.speed_min), np.abs(vehicle.speed_max))
@@ -204,7 +206,9 @@ def _of_thrusts(vehicle: Vehicle, said: str, limits_are_thrusts: bool) -> Iterat
     why = f"all rotors together lift {lift:.3g} times the weight"
     if tip > _FASTEST_TIP:
         why = f"the largest propellers that fit between the hubs, of {1e3 * radius:.3g} mm radius, "
-        why += f"have tips at {tip:.4g} m/s"
+        slow = 1e3 * radius * _FASTEST_TIP / tip
+        why += f"have tips at {tip:.4g} m/s, and only below {slow:.3g} mm do they stay under "
+        why += f"{_FASTEST_TIP:g} m/s"
     if explanations:
         attribute = explanations[0][0][0]
     elif tip > _FASTEST_TIP:
@@ -241,7 +245,7 @@ def _of_torques(vehicle: Vehicle, said: str) -> Iterator[UnitDoubt]:
 
 
 def _of_inertia(vehicle: Vehicle) -> Iterator[UnitDoubt]:
-    if largest_radius(vehicle.rotor_position) is None:
+    if largest_radius(vehicle) is None:
         return  # nothing tells its size
     share = _gyration_over_reach(vehicle)
     likely = [u for u, s in _INERTIAS.items() if _within(share * math.sqrt(s), _GYRATION[1])]
@@ -274,7 +278,7 @@ def _lift(vehicle: Vehicle) -> float:
 def _gyration_over_reach(vehicle: Vehicle) -> float:
     """Return the largest radius of gyration over how far hubs and propellers reach."""
     hubs = vehicle.rotor_position
-    reach = float(np.linalg.norm(hubs, axis=1).max()) + (largest_radius(hubs) or 0.1)
+    reach = float(np.linalg.norm(hubs, axis=1).max()) + (largest_radius(vehicle) or 0.1)
     return math.sqrt(float(np.linalg.eigvalsh(vehicle.inertia).max()) / vehicle.mass) / reach
 
 

@@ -16,10 +16,10 @@ __all__ = ["propeller_radius", "thrust_axes"]
 def propeller_radius(vehicle: Vehicle) -> float:
     """Return a radius for drawings, m: the largest with which no two discs touch, but for 4 %.
 
-    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. A
-    coaxial pair, both rotors at one place, is drawn as one.
+    Vehicles do not know their propellers. OmniMorph: 0.48 · 0.2124 m = 0.102 m, its 8 inches. The
+    rotors of a fixed coaxial pair do not touch; both at one place are drawn as one.
     """
-    return largest_radius(vehicle.rotor_position) or 0.1
+    return largest_radius(vehicle) or 0.1
 
 
 def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

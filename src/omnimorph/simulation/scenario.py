@@ -26,7 +26,7 @@ from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.simulation.effects import CommandDelay
-from omnimorph.simulation.plant import PlantModel, as_plant
+from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
 
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
@@ -126,7 +126,7 @@ class Scenario:
             return None
         return usable_lateral_force(self.vehicle, self.allocator, self.tilt)
 
-    def for_vehicle(self, vehicle: VehicleLike) -> Scenario:
+    def for_vehicle(self, vehicle: VehicleLike, *, plant: PlantLike | None = None) -> Scenario:
         """Return the same scenario with another vehicle, and with its own controller if proposed.
 
         A start tilt that all servos share is kept, or as near to it as the new ones turn.
@@ -135,6 +135,9 @@ class Scenario:
         ----------
         vehicle : Vehicle
             The other one.
+        plant : PlantModel, str or path, optional
+            Another plant as well, for a vehicle that does not fit this one; a controller is still
+            proposed for the period and the delay of this one.
 
         Raises
         ------
@@ -159,8 +162,16 @@ class Scenario:
         else:
             gains, allocator = self.gains, self.allocator
             check_it_can_fly(vehicle)
+        plant = self.plant if plant is None else as_plant(plant)
         try:
-            return replace(self, vehicle=vehicle, start_tilt=tilt, gains=gains, allocator=allocator)
+            return replace(
+                self,
+                vehicle=vehicle,
+                plant=plant,
+                gains=gains,
+                allocator=allocator,
+                start_tilt=tilt,
+            )
         except ScenarioError as refused:
             if refused.key != "controller.allocator":
                 raise

@@ -33,7 +33,9 @@ class PlantBuild(NamedTuple):
     step: float
 
 
-def own_numbers(plant: PlantBuild, kind: str, field: str, key: str = "") -> FloatArray:
+def own_numbers(
+    plant: PlantBuild, kind: str, field: str, key: str = "", without: str = ""
+) -> FloatArray:
     """Return the vehicle's own numbers for an effect.
 
     Parameters
@@ -46,6 +48,8 @@ def own_numbers(plant: PlantBuild, kind: str, field: str, key: str = "") -> Floa
         Of the vehicle.
     key : str
         Of the effect, by which it may have numbers of its own; "" if it cannot.
+    without : str
+        A plant of the catalogue that lacks the effect but is as another; "" if there is none.
 
     Raises
     ------
@@ -56,6 +60,7 @@ def own_numbers(plant: PlantBuild, kind: str, field: str, key: str = "") -> Floa
     if values.size and not (values > 0.0).any():
         allowed = f"positive, because the plant's effect {kind} takes it from the vehicle"
         allowed += f"; or give the effect {key} of its own" if key else ""
+        allowed += f"; or fly in the plant {without}, which lacks that effect" if without else ""
         place = f"vehicle {plant.vehicle.name}"
         raise ScenarioError.at(place, FILE_KEYS[field], 0, allowed)
     return values

@@ -178,5 +178,5 @@ class RotorMomentum(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Switch it on."""
-        own_numbers(plant, self.kind, "spin_inertia")
+        own_numbers(plant, self.kind, "spin_inertia", without="realistic-1")
         plant.settings.add_rotor_momentum()

@@ -235,8 +235,9 @@ def test_noise_makes_the_tilt_of_case_a_climb(results: dict[str, Any]) -> None:
         return mean
 
     assert tilt("perfect", "noise") > tilt("perfect", "nothing") + 20.0
-    assert tilt("realistic plant, less", "nothing") > 45.0
-    assert tilt("realistic plant, less", "no measurement noise") < 35.0
+    noisy = tilt("realistic plant, less", "nothing")
+    assert noisy > 45.0
+    assert tilt("realistic plant, less", "no measurement noise") < noisy - 10.0
     others = [tilt("perfect", label) for label in ("rotor lag", "delay 8 ms", "servo rate limit")]
     assert max(others) < 35.0
 

@@ -111,6 +111,11 @@ def test_a_page_shows_the_moment_it_is_moved_to(server: Any) -> None:
     assert page._slider.value == pytest.approx(FLIGHTS[0].run.time[ROW])
 
 
+def test_a_vehicle_of_one_servo_is_explored_where_its_radius_is_largest() -> None:
+    best = om.analysis.tilt_of_largest_radius(OMNIMORPH)
+    np.testing.assert_array_equal(Design.of(OMNIMORPH).tilt, [best])
+
+
 def test_what_the_explorer_shows_is_the_design(server: Any) -> None:
     design = Design.of(OMNIMORPH, np.radians([40.0])).changed(mass=1.2 * OMNIMORPH.mass)
     scales, view = scales_of(OMNIMORPH), design.view()

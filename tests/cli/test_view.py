@@ -125,6 +125,19 @@ def test_an_option_that_would_do_nothing(
     assert f"{option} goes with {needed}, which is not given" in said
 
 
+@pytest.mark.parametrize("option", [("--port", "0"), ("--host", "127.0.0.1"), ("--out", "designs")])
+def test_a_page_that_is_not_there_has_no_address(
+    option: tuple[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = refused(capsys, "omnimorph", "--snapshot", str(tmp_path / "t.png"), *option)
+    assert said.startswith(f"omnimorph: the command line: {option[0]} is ")
+    assert said.endswith("a picture is drawn instead.\n")
+    if option[0] != "--out":
+        assert main(["fly", "hover", *option, "--out", str(tmp_path / "flight")]) == 2
+        assert "there is none without --view" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_picture_says_which_flight_had_ended() -> None:
     flights = [SimpleNamespace(name="short", duration=2.0), SimpleNamespace(name="b", duration=5.0)]
     assert _ended_before(flights[1:], 5.0) == ""  # type: ignore[arg-type]

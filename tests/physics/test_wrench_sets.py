@@ -12,7 +12,12 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
-from tests.physics.small_vehicles import build_star, build_vehicle, random_vehicle
+from tests.physics.small_vehicles import (
+    build_star,
+    build_tilting_star,
+    build_vehicle,
+    random_vehicle,
+)
 
 import omnimorph as om
 from omnimorph.analysis import force_set, moment_set, wrench_set
@@ -256,6 +261,14 @@ def test_a_moment_at_its_largest_leaves_a_face_and_beyond_it_nothing() -> None:
     assert nothing.support([1.0, 0.0, 0.0]) == -math.inf
     assert (nothing.inscribed_radius, nothing.reach([1.0, 0.0, 0.0])) == (0.0, 0.0)
     assert not nothing.contains([0.0, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("tilt", [-1.0, 1.0])
+def test_a_point_reaches_nothing_however_it_is_rounded(tilt: float) -> None:
+    """At one tilt of four tilting rotors every thrust turns the vehicle."""
+    forces = force_set(build_tilting_star(4), tilt, zero_moment=True)
+    assert forces.dimension == 0
+    assert [forces.reach(k * axis) for k in (1.0, 1e9) for axis in np.eye(3)] == [0.0] * 6
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,14 @@ def test_left_alone_it_is_the_flight_of_fly() -> None:
     assert run.outcome is om.Outcome.COMPLETED
 
 
+def test_there_is_no_run_before_the_first_step() -> None:
+    flight = om.SteppedFlight(HOVER)
+    with pytest.raises(ScenarioError, match="hover: nothing has been flown yet; step first"):
+        flight.as_run()
+    flight.step()
+    np.testing.assert_array_equal(flight.as_run().R_WB[0], np.eye(3))
+
+
 def test_rows_on_the_way_are_those_of_the_whole_flight() -> None:
     flight = flown(SteppedFlight(HOVER), until=0.5)
     so_far, whole = flight.as_run(), om.fly(HOVER)

@@ -178,8 +178,9 @@ class Polytope:
         towards = self._as_vector(direction)
         along = self.basis.T @ towards
         on_flat = self._is_beside(np.zeros(self.n_coordinates))
+        length = float(np.linalg.norm(towards))
         off = float(np.linalg.norm(towards - self.basis @ along))
-        if self.void or on_flat or off > _THIN * float(np.linalg.norm(towards)):
+        if self.void or on_flat or off > _THIN * length:
             return 0.0, 0.0
         start = self.bounds + self.rows @ (self.basis.T @ self.origin)
         speed = self.rows @ along
@@ -189,6 +190,8 @@ class Polytope:
         beside = bool((start[~ahead & ~behind] < -_THIN * self.size).any())
         slip = _THIN * max(last, 0.0)
         if beside or first > last + slip or not np.isfinite(last):
+            return 0.0, 0.0
+        if last * length <= _THIN * self.size:  # zero, but for rounding
             return 0.0, 0.0
         return min(first, max(last, 0.0)), max(last, 0.0)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
-from omnimorph.cli.page import add_page_arguments, announce, served
+from omnimorph.cli.page import add_page_arguments, announce, check_no_page, served
 from omnimorph.results.folder import check_folder, replaced_words, staged
 
 if TYPE_CHECKING:
@@ -63,6 +63,8 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write, and say how it went."""
     import omnimorph as om
 
+    if not options.view:
+        check_no_page(options, "there is none without --view")
     scenario = om.load_scenario(options.scenario)
     if options.vehicle is not None:
         vehicle = om.load_vehicle(options.vehicle)

@@ -12,24 +12,23 @@ from typing import Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import port_number
+from omnimorph.errors import InputError
 
-__all__ = ["add_page_arguments", "announce", "closing", "served"]
+__all__ = ["add_page_arguments", "announce", "check_no_page", "closing", "served"]
 
-_DEFAULT_PORT = 8080
+_DEFAULT_HOST, _DEFAULT_PORT = "127.0.0.1", 8080
 
 
 def add_page_arguments(parser: argparse._ActionsContainer) -> None:
     """Add the arguments that say where a page is served."""
     parser.add_argument(
         "--host",
-        default="127.0.0.1",
         metavar="HOST",
-        help="listen there (default: 127.0.0.1, which this machine alone can reach)",
+        help=f"listen there (default: {_DEFAULT_HOST}, which this machine alone can reach)",
     )
     parser.add_argument(
         "--port",
         type=port_number,
-        default=_DEFAULT_PORT,
         metavar="P",
         help=f"listen on this port, 0 for any that is free (default: {_DEFAULT_PORT})",
     )
@@ -38,18 +37,26 @@ def add_page_arguments(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def check_no_page(options: argparse.Namespace, why: str) -> None:
+    """Refuse an address where nothing is served; `why` says so in a clause."""
+    for option in ("host", "port"):
+        if getattr(options, option) is not None:
+            raise InputError(f"the command line: --{option} is that of a page, and {why}.")
+
+
 def announce(server: Any, options: argparse.Namespace, ends: str) -> None:
     """Say where the page is and how it ends, warn if others can reach it, open the browser."""
     import webbrowser
 
     from omnimorph.viewer.server import LOOPBACK, address_of, is_loopback
 
-    if not is_loopback(options.host):
+    host = _DEFAULT_HOST if options.host is None else options.host
+    if not is_loopback(host):
         console.complain(
-            f"warning: on {options.host}, whoever knows the address below, or reads along in the "
+            f"warning: on {host}, whoever knows the address below, or reads along in the "
             "network, can see and steer the page."
         )
-    address = address_of(server, LOOPBACK if options.host == "0.0.0.0" else options.host)
+    address = address_of(server, LOOPBACK if host == "0.0.0.0" else host)
     opened = not options.no_browser and _has_a_screen() and webbrowser.open(address)
     hint = "" if opened or options.no_browser else _over_ssh(server.get_port())
     console.complain(f"the page is at {address} {hint}({ends}).")
@@ -60,7 +67,8 @@ def served(options: argparse.Namespace) -> Iterator[Any]:
     """Serve a page, empty as yet, where it is asked for; report what goes wrong with it."""
     from omnimorph.viewer.server import new_server
 
-    server = new_server(options.host, options.port)
+    host = _DEFAULT_HOST if options.host is None else options.host
+    server = new_server(host, _DEFAULT_PORT if options.port is None else options.port)
     server.guard.on_fault(_tell_fault)
     try:
         with closing(server):

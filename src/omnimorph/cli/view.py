@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
-from omnimorph.cli.page import add_page_arguments, announce, closing, served
+from omnimorph.cli.page import add_page_arguments, announce, check_no_page, closing, served
 from omnimorph.design.input_files import is_folder
 from omnimorph.errors import InputError
 from omnimorph.results.folder import replaced_words
@@ -117,6 +117,13 @@ def _check_together(options: argparse.Namespace) -> None:
         if getattr(options, option) is not None and getattr(options, needed) is None:
             raise InputError(
                 f"the command line: --{option} goes with --{needed}, which is not given."
+            )
+    if options.snapshot or options.video:
+        check_no_page(options, "a picture is drawn instead")
+        if options.out is not None:
+            raise InputError(
+                "the command line: --out is for designs that a page saves, and a "
+                "picture is drawn instead."
             )
     for option, formats in (("snapshot", PICTURE_FORMATS), ("video", VIDEO_FORMATS)):
         path = getattr(options, option)

@@ -185,7 +185,15 @@ class SteppedFlight:
         self.notes.setdefault("events", []).append(event)
 
     def as_run(self) -> Run:
-        """Return the rows flown so far as a run."""
+        """Return the rows flown so far as a run.
+
+        Raises
+        ------
+        ScenarioError
+            Before the first step: there is no row yet.
+        """
+        if self.core.step == 0 and not self.is_over:
+            raise ScenarioError(f"{self.scenario.name}: nothing has been flown yet; step first.")
         truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
         flown = Flown(
             self.columns,

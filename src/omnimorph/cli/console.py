@@ -106,18 +106,18 @@ def finish() -> None:
 @contextmanager
 def printed_warnings() -> Iterator[None]:
     """Print each warning of an unlikely unit on standard error, once and in one line."""
-    told: set[str] = set()
+    printed: set[str] = set()
 
-    def tell(message: Warning | str, category: type[Warning], *place: Any) -> None:
+    def show(message: Warning | str, category: type[Warning], *place: Any) -> None:
         if not issubclass(category, UnlikelyUnitWarning):
             others(message, category, *place)
-        elif str(message) not in told:
-            told.add(str(message))
+        elif str(message) not in printed:
+            printed.add(str(message))
             complain(str(message))
 
     with warnings.catch_warnings():
         others = warnings.showwarning
-        warnings.showwarning = tell  # type: ignore[assignment]
+        warnings.showwarning = show  # type: ignore[assignment]
         warnings.simplefilter("always", UnlikelyUnitWarning)
         yield
 

@@ -32,8 +32,8 @@ def main() -> None:
     slope = om.analysis.sensitivity(vehicle, np.radians(45.0), "radius_zero_moment")
     print(f"\nradius at 45 deg: {slope.value:.2f} N")
     print(f"a degree more of tilt: {np.radians(slope.tilt[0]):+.3f} N")
-    # OmniMorph is symmetric, so its radius has kinks: what one rotor alone gains is nothing, and
-    # changes made together are asked for together.
+    # OmniMorph is symmetric, so its radius has kinks: a change of one rotor alone gains nothing;
+    # `along` gives the derivative for changes made together.
     print(f"a newton more from rotor 0 alone: {slope.right.thrust_max[0]:+.3f} N")
     print(f"a newton less: {-slope.left.thrust_max[0]:+.3f} N")
     print(f"a newton more from all, both ways: {slope.along(thrust_max=1, thrust_min=-1):+.3f} N")

@@ -38,7 +38,7 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.root = folder / "tree"
-        self._build = folder / "build"
+        self.report, self._build = folder / "report.xml", folder / "build"
         told = subprocess.run(_LISTED, cwd=ROOT, capture_output=True, text=True, check=True).stdout
         for name in filter(None, told.split("\0")):
             if (ROOT / name).exists():  # else it is removed, and not yet committed
@@ -92,14 +92,13 @@ class Copy:
 
     def test(self, tests: Iterable[str]) -> str:
         """Run tests, slow ones too; return "passed", "noticed" or what went wrong otherwise."""
-        report = self.root / "report.xml"
-        report.unlink(missing_ok=True)
+        self.report.unlink(missing_ok=True)
         words = ["-m", "pytest", "-q", "-p", "no:cacheprovider", f"--maxfail={_ENOUGH}"]
         chosen = sorted(set(tests))
         environment = {"PYTHONPATH": str(self.package.parent), "PYTHONDONTWRITEBYTECODE": "1"}
         try:
             done = subprocess.run(
-                [sys.executable, *words, f"--junitxml={report}", *chosen],
+                [sys.executable, *words, f"--junitxml={self.report}", *chosen],
                 cwd=self.root,
                 env=os.environ | environment,
                 capture_output=True,
@@ -111,9 +110,9 @@ class Copy:
             return "does not end"
         if done.returncode == 0:
             return "passed"
-        if not report.exists():
+        if not self.report.exists():
             return f"broken: {(done.stdout + done.stderr)[-300:]}"
-        reasons = list(_reasons(report))
+        reasons = list(_reasons(self.report))
         if any(not reason.startswith(("error:", *_BROKEN)) for reason in reasons):
             return NOTICED
         return f"broken: {' | '.join(reason[:400] for reason in reasons)}"
@@ -123,7 +122,7 @@ def _reasons(report: Path) -> Iterator[str]:
     """Give why each test failed; one that could not be collected or set up has not failed."""
     for case in ElementTree.parse(report).iter("testcase"):
         for failure in case.iter("failure"):
-            yield failure.get("message", "")
+            yield f"{failure.get('message', '')} ({case.get('name')})"
         for error in case.iter("error"):
             yield f"error: {error.get('message', '')} {(error.text or '')[-300:]}"
 
@@ -164,7 +163,8 @@ def _run(chosen: Sequence[Mutant], jobs: int) -> int:
                 complaint = copy.build_core()
                 assert not complaint, complaint
             found = made[0].test(test for mutant in part for test in mutant.tests)
-            assert found == "passed", f"without a mistake the tests beside them fail: {found}"
+            told = "\n".join(_reasons(made[0].report))
+            assert found == "passed", f"without a mistake tests beside them fail: {found}\n{told}"
             with ThreadPoolExecutor(jobs) as pool:
                 list(pool.map(answer, part))
     print(f"{len(chosen) - len(missed)} of {len(chosen)} noticed")

@@ -52,7 +52,10 @@ def test_the_documents_state_how_much_the_rotors_momentum_adds() -> None:
     row = re.compile(
         r"^\| ([^|]+) \| \S+ ± [^|]+\| [^|]+\| (\S+) ± [^|]+\| [^|]+ \|$", re.MULTILINE
     )
-    errors = {name: float(mean) for name, mean in row.findall(RESULTS.split("\nErrors over")[1])}
+    errors = {
+        name: float(mean)
+        for name, mean in row.findall(RESULTS.split("(RMS) over the whole flight")[1])
+    }
     ratios = [
         value / errors[f"{name}, no rotor momentum"]
         for name, value in errors.items()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from tests.unit import experiment_parts as parts
+from tests.unit.drawn import assert_in_sight
 from tests.unit.experiment_parts import LOOKS, PANELS
 from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
 
@@ -78,6 +79,11 @@ def test_figures_are_legible_and_keep_inside_their_frame(
     assert inside.x1 <= width
     assert inside.y1 <= height
     assert min(float(text.get_fontsize()) for text in texts_of(figure)) >= 8.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_curve_leaves_its_axes(figures: dict[str, Figure], name: str) -> None:
+    assert_in_sight(figures[name], floor=name == "cost_gaps")  # whose axis is logarithmic
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -181,6 +187,20 @@ def test_two_values_of_the_paper_that_nearly_agree_are_two_lines() -> None:
     assert two[0] == one[1][0] == one[1][1], "it starts where the gap of the other does"
     drawn_as = [line for line in axis.lines if line.is_dashed()]
     assert [line._unscaled_dash_pattern for line in drawn_as] == [one, two]  # type: ignore[attr-defined]
+
+
+def test_names_of_ticks_at_the_ends_of_a_panel_stay_in_it() -> None:
+    """Else they run together with those of the panel beside it."""
+    values = {name: {"Case A": [0.0, 36_000.0]} for name in ("w", "x", "y", "z")}
+    panels = [AblationPanel(name, f"{name} (–)") for name in values]
+    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LOOKS["Case A"]})
+    laid_out(figure)
+    for panel in figure.axes:
+        ticks = panel.xaxis.get_major_ticks()
+        assert len(ticks) >= 2
+        boxes = [tick.label1.get_window_extent() for tick in ticks]
+        assert panel.bbox.x0 - 2.0 <= boxes[0].x0
+        assert boxes[-1].x1 <= panel.bbox.x1 + 2.0
 
 
 # --- stand ----------------------------------------------------------------------------------------

@@ -161,6 +161,13 @@ def test_numbers_of_an_effect_have_their_units(kind: str) -> None:
         assert words in shown
 
 
+def test_what_is_switched_on_is_named_and_what_is_off_is_not() -> None:
+    for filtered in (True, False):
+        noise = {"kind": "measurement-noise", "position_mm": 1.5, "filtered": filtered}
+        shown = rows_of_plant(noise)["measurement noise"]
+        assert shown == "position 1.5 mm" + (", filtered" if filtered else "")
+
+
 @pytest.mark.parametrize("kind", OWN_VALUES)
 def test_numbers_of_the_vehicle_have_their_units(kind: str) -> None:
     shown = rows_of_plant({"kind": kind})[kind.replace("-", " ")]

@@ -16,12 +16,13 @@ from tests.unit.drawn import number_in
 
 import omnimorph as om
 from omnimorph.live.page import LivePage
+from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 from omnimorph.results import curves
 from omnimorph.viewer.charts import Chart, _on_common_times, _Plot, charts_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import numbers_of
-from omnimorph.viewer.frames import Flight
+from omnimorph.viewer.frames import Flight, blade_turns
 from omnimorph.viewer.server import new_server, stop
 
 OMNIMORPH = om.load_vehicle("omnimorph")
@@ -183,6 +184,11 @@ def test_a_live_page_shows_the_flight_as_it_is(server: Any) -> None:
     np.testing.assert_array_equal(frame.p_WB, run.p_WB[row])
     np.testing.assert_array_equal(frame.tilt, run.tilt_actual[row])
     assert f"{frame.power:.1f}" in page._numbers.content
+    before = page._turns.copy()
+    page._show_scene(0.1)
+    turned = blade_turns(hover.vehicle, run.speed[row], 0.1)
+    np.testing.assert_allclose(page._turns - before, turned)
+    assert page.pilot.weight == pytest.approx(hover.vehicle.mass * GRAVITY)
     page.pilot.cut(2)
     page.pilot.cut(5)
     page.pilot.push(np.array([3.0, 4.0, 0.0]))

@@ -70,7 +70,7 @@ def test_rotors_are_tilted_and_their_thrusts_are_arrows(scene: FlightScene) -> N
         axes = thrust_axes(OMNIMORPH, flight.frame(ROW).tilt)
         discs = Rotation.from_quat(solid._discs.batched_wxyzs, scalar_first=True).as_matrix()
         np.testing.assert_allclose(discs[:, :, 2], axes, atol=1e-6)
-        thrust = OMNIMORPH.thrust_coefficient * run.speed[ROW] * np.abs(run.speed[ROW])
+        thrust = run.thrust_actual[ROW]
         begin, tip = np.moveaxis(np.asarray(solid._arrows.points, dtype=np.float64), 1, 0)
         np.testing.assert_allclose(begin, OMNIMORPH.rotor_position, atol=1e-6)
         along = np.sum((tip - begin) * axes, axis=1)
@@ -111,6 +111,11 @@ def test_a_page_shows_the_moment_it_is_moved_to(server: Any) -> None:
     assert page._slider.value == pytest.approx(FLIGHTS[0].run.time[ROW])
 
 
+def test_a_vehicle_of_one_servo_is_explored_where_its_radius_is_largest() -> None:
+    best = om.analysis.tilt_of_largest_radius(OMNIMORPH)
+    np.testing.assert_array_equal(Design.of(OMNIMORPH).tilt, [best])
+
+
 def test_what_the_explorer_shows_is_the_design(server: Any) -> None:
     design = Design.of(OMNIMORPH, np.radians([40.0])).changed(mass=1.2 * OMNIMORPH.mass)
     scales, view = scales_of(OMNIMORPH), design.view()
@@ -122,10 +127,10 @@ def test_what_the_explorer_shows_is_the_design(server: Any) -> None:
     assert scene._inside.scale == pytest.approx(forces.inscribed_radius / scales.force)
     begin, tip = np.asarray(scene._witness.points, dtype=np.float64)[0]
     assert np.linalg.norm(tip - begin) == pytest.approx(scene._inside.scale, rel=1e-4)
-    vehicle, balls, torques, _ = (caption.text for caption in scene._captions)
+    vehicle, spheres, torques, _ = (caption.text for caption in scene._captions)
     assert "tilt 40.0°" in vehicle
-    assert f"ball {forces.inscribed_radius:.4g} N, weight {weight:.4g} N" in balls
-    assert f"ball {moments.inscribed_radius:.4g} N m" in torques
+    assert spheres == f"forces: inscribed sphere {forces.inscribed_radius:.4g} N"
+    assert torques == f"moments: inscribed sphere {moments.inscribed_radius:.4g} N m"
     power = hover_power(view.vehicle, view.tilt, ATTITUDES)
     shades = np.asarray(scene._tiles.batched_colors)
     finite = np.isfinite(power)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
 _PAGE = "analysis.html"
-SUMMARY = "analyse a vehicle: what it can move, hold and hover, and at what cost"
+SUMMARY = "analyse a vehicle: actuation, force and moment sets, hover power, morphing"
 NEEDS = ("omnimorph.analysis", "omnimorph.design.schema", "scipy.optimize", "scipy.spatial")
 
 

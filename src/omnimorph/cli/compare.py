@@ -36,6 +36,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     from omnimorph.results.folder import replaced_words
     from omnimorph.studies.comparison import (
         COMPARISON_SCHEMA,
+        SCENARIO,
         compare,
         comparison_data,
         write_comparison,
@@ -58,7 +59,8 @@ def answer(options: argparse.Namespace) -> console.Answer:
     text = console.table([_row(row) for row in rows], header=header, align="lrrrrrrrl")
     notes = (
         "Radius and sideways force over the weight, each servo at its own tilt; power to hover "
-        "level with all servos\nat one tilt, per kilogram; mean position error in the same flight."
+        "level with all servos\nat one tilt, per kilogram; mm: mean position error in the "
+        f"scenario {SCENARIO}, plant realistic, with proposed gains."
     )
     text = f"{text}\n\n{notes}\n{where}"
     return console.Answer(text=text, data=comparison_data(rows), complaint=replaced)

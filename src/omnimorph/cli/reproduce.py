@@ -72,5 +72,5 @@ def _row(one: dict[str, Any]) -> list[str]:
         "" if one["here"] is None else console.number(one["here"], 4),
         "" if difference is None else f"{difference:+.1%}",
         one["verdict"],
-        one["found"],
+        one["why"] if one["explained"] else one["found"],
     ]

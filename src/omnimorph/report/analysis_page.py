@@ -129,7 +129,7 @@ def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[st
     assumed = [name for name in used if vehicle.sources[name].assumed]
     stated = [name for name in used if name not in assumed]
     return {
-        "title": f"{vehicle.name}: what it can move, hold and hover",
+        "title": f"{vehicle.name}: actuation, force sets and hover power",
         "vehicle": vehicle,
         "description": description(analysis),
         "rotors": count_words(vehicle.n_rotors, "rotor"),
@@ -166,13 +166,9 @@ def _tilt_table(analysis: VehicleAnalysis) -> Table:
     labels = list(columns[0])
     rows = [[label, *(column[label] for column in columns)] for label in labels]
     if not analysis.vehicle.n_servos:
-        return Table(
-            "What the vehicle can move, its force sets and its hover power.", ["", "value"], rows
-        )
+        return Table("Actuation, force sets and hover power.", ["", "value"], rows)
     head = ["tilt", *(tilt_words(one.tilt) for one, _ in shown)]
-    caption = (
-        "What the vehicle can move, its force sets and its hover power at tilts that stand out"
-    )
+    caption = "Actuation, force sets and hover power at the tilts of interest"
     caption += "." if analysis.vehicle.n_servos == 1 else ", all servos together."
     return Table(caption, head, rows)
 

@@ -59,6 +59,6 @@ def _losses(findings: Findings) -> list[list[str]]:
         row = [f"largest loss of thrust with the pose kept, at ±{from_SI(limit, 'Hz'):.0f} Hz (%)"]
         for name, _ in _CASES:
             one = next(o for o in kept if (o.scenario, o.speed_limit) == (name, limit))
-            row += [f"{100 * one.bracket[0]:.0f} to {100 * one.bracket[1]:.0f}", "—"]
+            row += [f"{100 * one.bracket[0]:.1f} to {100 * one.bracket[1]:.1f}", "—"]
         rows.append(row)
     return rows

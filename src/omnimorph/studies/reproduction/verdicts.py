@@ -77,7 +77,8 @@ class Verdict(enum.Enum):
 _MEANINGS = {
     Verdict.PREDICTED: "It holds by its rule, and nothing was fitted to it.",
     Verdict.CALIBRATED: (
-        "It holds, but a parameter, or the flight, was chosen from it. That it does proves little."
+        "It comes out, as stated or under a hypothesis that is named, but a parameter, or the "
+        "flight, was chosen from it. That proves little."
     ),
     Verdict.CONJECTURED: (
         "It does not hold as the paper states it, but does under one further assumption, which is "

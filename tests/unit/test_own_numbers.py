@@ -24,6 +24,12 @@ from omnimorph.simulation.effects import EFFECTS, Effect
             "; or give the effect up_ms of its own",
         ),
         (
+            effects.RotorLag(),
+            "time_constant_down",
+            "rotor.time_constant_down_ms",
+            "; or give the effect down_ms of its own",
+        ),
+        (
             effects.DeadBand(),
             "dead_band",
             "rotor.dead_band_Hz",

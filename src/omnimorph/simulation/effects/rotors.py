@@ -43,10 +43,13 @@ class RotorLag(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set both time constants of every rotor."""
-        vehicle, n = plant.vehicle, plant.vehicle.n_rotors
+        n = plant.vehicle.n_rotors
         if self.up is None:
             up = own_numbers(plant, self.kind, "time_constant_up", "up_ms")
-            down = vehicle.time_constant_down if self.down is None else np.full(n, self.down)
+            if self.down is None:
+                down = own_numbers(plant, self.kind, "time_constant_down", "down_ms")
+            else:
+                down = np.full(n, self.down)
         else:
             up = np.full(n, self.up)
             down = up if self.down is None else np.full(n, self.down)

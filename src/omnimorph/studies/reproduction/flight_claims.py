@@ -8,11 +8,20 @@ from typing import NamedTuple
 
 import numpy as np
 
+from omnimorph.report.analysis_words import listed
 from omnimorph.report.tables import number
 from omnimorph.results.measures import MEASURES
 from omnimorph.results.run import Run
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B, PaperFlights
+from omnimorph.studies.reproduction.flights import (
+    FIXED_A,
+    FIXED_B,
+    SCENARIOS,
+    W3,
+    A,
+    B,
+    PaperFlights,
+)
 from omnimorph.studies.reproduction.hypotheses import ERRORS, Hypothesis
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import (
@@ -23,9 +32,11 @@ from omnimorph.studies.reproduction.verdicts import (
     judge,
     order_holds,
 )
+from omnimorph.studies.reproduction.words import FLIGHT_WORDS
 
 __all__ = ["judge_flights"]
 
+_LOST = "What is not flown to the end cannot be compared."
 _FIRST_CLIMB = 5.0  # s in which the tilt of Case A may rise before it is judged
 _COMPARABLE = 1.1  # an error is comparable if it is no larger by more than 10 %
 
@@ -92,13 +103,16 @@ def _explanation(
     for one in hypotheses:
         if one.verdict is not None:
             here = one.spread(claim.about["scenario"], claim.about["metric"]).mean
-            found.append((abs(here - claim.value), here, one))
+            if math.isfinite(here):
+                found.append((abs(here - claim.value), here, one))
     found.sort(key=lambda row: row[0])
     for verdict in (Verdict.CONJECTURED, Verdict.CALIBRATED):
         for _, here, one in found:
             if one.verdict is verdict and is_near(here, claim.value):
                 unit = f" {claim.unit}" if claim.unit else ""
                 return verdict, f"With {one.label}: {number(here, 3)}{unit}."
+    if not found:
+        return None, "No flight under any hypothesis was completed."
     _, here, one = found[0]
     return None, f"The nearest that was tried is {number(here, 3)}, with {one.label}."
 
@@ -109,7 +123,12 @@ def _explanation(
 def _judge_words(
     flights: PaperFlights, key: str, answer: Callable[[PaperFlights], _Answer]
 ) -> Judged:
-    found, holds, why, basis = answer(flights)
+    lost = [name for name in SCENARIOS if not len(flights.values(name, "duration_s"))]
+    if lost:
+        none = listed([FLIGHT_WORDS[name] for name in lost])
+        found, holds, why, basis = _Answer(f"no flight of {none} was completed", None, _LOST)
+    else:
+        found, holds, why, basis = answer(flights)
     return judge(key, holds=holds, basis=basis, found=found, why=why, command="omnimorph reproduce")
 
 

@@ -6,6 +6,7 @@ has anyway (momentum of its rotors, interference between them) or changes one th
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -116,8 +117,10 @@ class Hypothesis:
         third, second = (self.spread(name, ERRORS[1]).mean for name in (W3, B))
         if third > second:
             found.append("‖e_R‖ of the third flight is above Case B's, and the paper's is below")
-        a, b = (f"{100.0 * self.energy_difference(name):+.0f} %" for name in (A, B))
-        found.append(f"energies {a} and {b} off the paper's in Cases A and B".replace("-", "−"))
+        energies = [self.energy_difference(name) for name in (A, B)]
+        if all(map(math.isfinite, energies)):
+            a, b = (f"{100.0 * one:+.0f} %".replace("-", "−") for one in energies)
+            found.append(f"energies {a} and {b} off the paper's in Cases A and B")
         return found
 
     def as_dict(self) -> dict[str, Any]:

@@ -24,6 +24,7 @@ from omnimorph.studies.reproduction.hypotheses import (
     Hypothesis,
 )
 from omnimorph.studies.reproduction.lost_thrust import CASES
+from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
 from omnimorph.studies.reproduction.verdicts import NEAR, Judged, Verdict, is_near
 
@@ -54,7 +55,7 @@ def key_points(findings: Findings, judged: Sequence[Judged]) -> list[KeyPoint]:
 
 def _energies(flights: PaperFlights) -> str:
     claimed = [paper.claims()[f"drag_energy_{key}"].value or 0.0 for key in ("a", "b")]
-    means = [float(flights.values(name, "drag_energy_paper").mean()) for name in (A, B)]
+    means = [spread_of(flights.realistic[name], "drag_energy_paper").mean for name in (A, B)]
     near = sum(map(is_near, means, claimed))
     return (
         f"Of the rotor drag energies of Cases A and B, {near} of 2 come out within "

@@ -156,18 +156,22 @@ def bound_holds(here: float, claimed: float) -> bool:
 def order_holds(*pairs: tuple[ArrayLike, ArrayLike]) -> bool | None:
     """Return whether all of the first lie below all of the second, in each pair.
 
-    None if one pair is neither so nor all the other way round.
+    None if one pair is neither so nor all the other way round, or has no numbers to compare.
 
     Examples
     --------
     >>> order_holds(([1, 2], [3, 4])), order_holds(([3, 4], [1, 2])), order_holds(([1, 3], [2, 4]))
     (True, False, None)
+    >>> order_holds(([], [3, 4])) is None
+    True
     """
     answers = [_below(np.asarray(low), np.asarray(high)) for low, high in pairs]
     return False if False in answers else None if None in answers else True
 
 
 def _below(low: Any, high: Any) -> bool | None:
+    if not low.size or not high.size:
+        return None
     if low.max() < high.min():
         return True
     return False if high.max() < low.min() else None
@@ -295,7 +299,7 @@ def judge(
         value = float(here)
         here, low, high = value, value if low is None else low, value if high is None else high
         decide = {"exact": _is_same, "number": is_near, "bound": bound_holds}[claim.rule]
-        holds = decide(value, claim.value)
+        holds = decide(value, claim.value) if math.isfinite(value) else None
     verdict = verdict_of(claim.rule, holds, basis, explained)
     return Judged(
         claim=claim,

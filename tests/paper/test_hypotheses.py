@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -71,8 +72,9 @@ def test_the_documents_state_how_much_the_rotors_momentum_adds() -> None:
 
 
 @pytest.fixture(scope="module")
-def log(tmp_path_factory: pytest.TempPathFactory) -> FlightLog:
-    return FlightLog(tmp_path_factory.mktemp("flights") / "flights.jsonl")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightLog]:
+    with FlightLog(tmp_path_factory.mktemp("flights") / "flights.jsonl") as log:
+        yield log
 
 
 @pytest.fixture(scope="module")

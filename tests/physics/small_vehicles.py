@@ -78,6 +78,7 @@ def random_vehicle(generator: np.random.Generator, n: int, **changes: Any) -> Ve
         "inertia": turn @ np.diag([0.01, 0.012, 0.018]) @ turn.T,
     }
     position = generator.uniform(-0.3, 0.3, (n, 3))
+    values["questioned"] = False  # whatever its numbers look like
     return build_vehicle(position, random_axes(generator, n), **(values | changes))
 
 

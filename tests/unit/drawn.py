@@ -43,6 +43,23 @@ def levels_of(panel: Axes) -> list[float]:
     return sorted(float(xy(line)[0, 1]) for line in panel.lines if is_level(line))
 
 
+def uprights_of(panel: Axes) -> list[float]:
+    """Return where lines go all the way up, from the left."""
+    upright = [one for one in panel.lines if one.get_transform() == _up(panel)]
+    return sorted(float(xy(line)[0, 0]) for line in upright)
+
+
+def _up(panel: Axes) -> Any:
+    return panel.get_xaxis_transform(which="grid")
+
+
+def spans_of(panel: Axes) -> list[tuple[float, float]]:
+    """Return from where to where a panel is shaded from its bottom to its top."""
+    shaded = [one for one in panel.patches if one.get_transform().contains_branch(_up(panel))]
+    boxes = [one.get_extents().transformed(panel.transData.inverted()) for one in shaded]
+    return sorted((float(box.x0), float(box.x1)) for box in boxes)
+
+
 def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]]) -> None:
     """Hold that a panel draws these curves (label, time, values), all of them and no others."""
     drawn = curves_of(panel)

@@ -41,7 +41,7 @@ ANSWERS = flight_claims._ANSWERS
 
 def numbers_of(text: str) -> list[str]:
     """Return the numbers of a sentence, in their order."""
-    return re.findall(r"(?<![\w.])[−+]?\d+(?:\.\d+)?(?:e−\d+)?", text)
+    return re.findall(r"(?<![\w.])[−+-]?\d+(?:\.\d+)?(?:e−\d+)?", text)
 
 
 def claimed(key: str) -> float:
@@ -151,7 +151,7 @@ def test_answers_say_the_numbers_of_the_flights() -> None:
         ],
         "acceleration_order": [f"{ours(name, 'acceleration_energy_paper'):.0f}" for name in (B, A)],
         "weight_on_change": [
-            f"{100.0 - 100.0 * spin_up[W3] / spin_up[B]:.0f}".replace("-", ""),
+            f"{100.0 - 100.0 * spin_up[W3] / spin_up[B]:.0f}",
             f"{100.0 * paper_saves:.0f}",
             *(f"{error[name]:.2f}" for name in (B, W3)),
         ],

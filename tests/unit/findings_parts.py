@@ -116,8 +116,9 @@ def shown(flights: list[Flown], metric: str, factor: float = 1.0) -> str:
     return spread_words(spread_of(flights, metric, factor))
 
 
-def assert_rows(table: Table, expected: list[list[str]]) -> None:
-    """Hold that a table has these rows, and that its numbers are set to the right."""
+def assert_rows(table: Table, expected: list[list[str]], *head: str) -> None:
+    """Hold that a table has this head and these rows, and that its numbers are set to the right."""
+    assert tuple(table.head) == head
     assert [list(row) for row in table.rows] == expected
     assert {len(row) for row in table.rows} == {len(table.head)}
     assert all(0 < column < len(table.head) for column in table.numeric)

@@ -14,6 +14,7 @@ from tests.unit.drawn import levels_of, panels_of, spans_of, uprights_of, xy
 
 import omnimorph as om
 from omnimorph.analysis import analyze, force_set
+from omnimorph.analysis.hover import hover_power
 from omnimorph.analysis.overview import VehicleAnalysis
 from omnimorph.report import analysis_figures, attitude_figures
 from omnimorph.report.analysis_data import analysis_data
@@ -135,6 +136,43 @@ def test_two_sets_at_the_one_tilt_there_is_are_told_apart() -> None:
 def test_each_figure_is_drawn_under_its_name(analysis: VehicleAnalysis) -> None:
     for name, (_, draw) in _drawings(analysis).items():
         assert draw.__name__ == name
+
+
+def shades_at(panel: Axes, x: float, y: float) -> tuple[float, float]:
+    """Return between which levels the shade at a point of a disc stands."""
+    from matplotlib.path import Path
+
+    areas: Any = next(one for one in panel.collections if hasattr(one, "levels"))
+    for k, path in enumerate(areas.get_paths()):
+        around = [Path(one).contains_point((x, y)) for one in path.to_polygons()]
+        if sum(around) % 2:  # an even number: in a hole
+            return float(areas.levels[k]), float(areas.levels[k + 1])
+    raise AssertionError("nothing is drawn there")
+
+
+def test_shades_of_the_discs_are_power_and_best_tilt(analysis: VehicleAnalysis) -> None:
+    figure = attitude_figures.hover_map(analysis)
+    upper, lower, best, _ = [panel for panel in figure.axes if not panel.get_ylabel()]
+    bars = [panel.get_ylabel() for panel in figure.axes if panel.get_ylabel()]
+    assert bars == ["least power to hover (W)", "tilt of least power (°)"]
+    for panel, sign in ((upper, 1.0), (lower, -1.0)):
+        for x, y in ((0.0, 0.0), (0.31, 0.12), (-0.4, 0.33), (0.1, -0.52)):
+            stretch, height = math.sqrt(2.0 - x * x - y * y), 1.0 - x * x - y * y
+            up = np.array([[x * stretch, y * stretch, sign * height]])
+            power = float(hover_power(OMNIMORPH, analysis.asked.tilt, up)[0])
+            low, high = shades_at(panel, x, y)
+            room = 0.3 * (high - low)
+            assert low - room <= power <= high + room
+    low, high = shades_at(best, 0.0, 0.0)
+    assert low <= 0.0 <= high, "level, it hovers best untilted"
+    x = 0.7
+    up = np.array([[x * math.sqrt(2.0 - x * x), 0.0, 1.0 - x * x]])
+    tilts = np.radians(np.linspace(0.0, LIMIT, 61))
+    powers = [hover_power(OMNIMORPH, np.array([tilt]), up)[0] for tilt in tilts]
+    low, high = shades_at(best, x, 0.0)
+    assert (
+        low - 0.5 * (high - low) <= np.degrees(tilts[np.argmin(powers)]) <= 1.5 * high - 0.5 * low
+    )
 
 
 # --- data -----------------------------------------------------------------------------------------

@@ -22,6 +22,7 @@ from tests.unit.findings_parts import (
 )
 
 from omnimorph.protocols import FloatArray
+from omnimorph.results import curves
 from omnimorph.studies.reproduction import pictures, study_figures
 from omnimorph.studies.reproduction.flight_curves import (
     degraded_flights,
@@ -240,17 +241,25 @@ def test_variants_and_degraded_flights_are_named_by_what_they_are() -> None:
         ("tilt", (0, 1)),
         ("power_and_energy", (0, 1, 4)),
         ("fixed_tilt", (3, 4)),
+        ("trajectory", (0, 1)),
+        ("errors", (0, 1)),
     ],
 )
 def test_figures_of_flights_draw_those_flights(name: str, drawn: tuple[int, ...]) -> None:
     figure = pictures._flight_drawings(findings())[name][1]()
     panel = panels_of(figure)[-1]
     runs = [FLIGHTS.runs[NAMES[k]] for k in drawn]
-    assert [label for label, _ in curves_of(panel)] == [WORDS[NAMES[k]] for k in drawn]
-    for (_, points), run in zip(curves_of(panel), runs, strict=True):
+    shown = [(label, points) for label, points in curves_of(panel) if label != "desired"]
+    assert [label for label, _ in shown] == [WORDS[NAMES[k]] for k in drawn]
+    for (_, points), run in zip(shown, runs, strict=True):
         if name == "tilt":
             np.testing.assert_allclose(points[:, 1], np.degrees(run.tilt_actual[:, 0]))
+        elif name == "trajectory":
+            np.testing.assert_allclose(points[:, 1], curves.rotation_about_x_deg(run.R_WB))
+        elif name == "errors":
+            np.testing.assert_allclose(points[:, 1], curves.attitude_error(run).sine)
         else:
             assert points[-1, 1] == pytest.approx(1e-3 * run.metrics.drag_energy_J)
-    limits = [0.0, 60.0] if name == "tilt" else []
-    assert levels_of(panel) == pytest.approx(limits)
+    claimed = [CLAIMS[f"attitude_error_{case}"].value for case in "ab"]
+    levels = {"tilt": [0.0, 60.0], "errors": claimed}.get(name, [])
+    assert levels_of(panel) == pytest.approx(levels)

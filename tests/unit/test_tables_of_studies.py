@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -30,13 +31,15 @@ from tests.unit.findings_parts import (
 )
 
 import omnimorph as om
-from omnimorph.report.tables import number
+from omnimorph.report.tables import number, plant_table, trajectory_table
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import page, page_tables
 from omnimorph.studies.reproduction.design import CounterExample
 from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
+from omnimorph.studies.reproduction.key_numbers import key_table
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
+from omnimorph.studies.reproduction.markdown import results_text, titled
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import Basis, judge
@@ -84,8 +87,20 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         data = one.as_dict()
         assert (data["explained"], data["objections"]) == (near, told)
         assert data["ratio_of_position_errors"] == pytest.approx(b / a)
-    assert_rows(hypothesis_table(found), rows)
-    assert_rows(objection_table(found), against)
+    assert_rows(
+        hypothesis_table(found),
+        rows,
+        "",
+        "A (mm)",
+        "B (mm)",
+        "W3 × 10 (mm)",
+        "‖e_R‖, A (10⁻³)",
+        "‖e_R‖, B (10⁻³)",
+        "‖e_R‖, W3 × 10 (10⁻³)",
+        "within 10 %",
+        "verdict",
+    )
+    assert_rows(objection_table(found), against, "", "position error, B over A", "against it")
 
 
 # --- less thrust ----------------------------------------------------------------------------------
@@ -110,7 +125,16 @@ def test_losses_and_their_data() -> None:
         assert data["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
         for metric in ("position_error_mean_m", "attitude_error_paper"):
             assert data[metric]["mean"] == pytest.approx(values_of(one.flown, metric).mean())
-    assert_rows(page_tables.losses_table(found), rows)
+    assert_rows(
+        page_tables.losses_table(found),
+        rows,
+        "",
+        "speed limit (Hz)",
+        "not lost",
+        "pose kept",
+        "position error, mean (mm)",
+        "‖e_R‖, mean",
+    )
 
 
 def test_frontiers_and_dead_rotors_and_their_data() -> None:
@@ -133,12 +157,20 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         assert (told["criterion"], told["kind"]) == (one.criterion, one.kind)
         assert told["physical_limit"] == one.physical_limit
         assert told["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
-    assert_rows(page_tables.frontier_table(found), rows)
+    assert_rows(
+        page_tables.frontier_table(found),
+        rows,
+        "",
+        "criterion",
+        "speed limit (Hz)",
+        "largest loss (%)",
+        "physical limit (%)",
+    )
     dead = [
         [f"{WORDS[name]}, {criterion}", *(f"{met} of {of}" for met, of in shares)]
         for (name, criterion), shares in found.dead.items()
     ]
-    assert_rows(page_tables.dead_rotor_table(found), dead)
+    assert_rows(page_tables.dead_rotor_table(found), dead, "", *(f"rotor {k}" for k in range(8)))
     told = [(one["scenario"], one["criterion"], one["shares"]) for one in data["dead_rotor"]]
     assert told == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
     expected = ("Case A with 35 % less", "Case B with 35 % less", "Case B with 30 % less")
@@ -170,7 +202,18 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
         rows.append(row)
     tilt = float(np.degrees(np.mean(found.lower_bound.tilt)))
     rows.append(["lower bound", *2 * [number(bound_J() / TURN), "", number(tilt, 3), ""]])
-    assert_rows(page_tables.tilt_choice_table(found), rows)
+    assert_rows(
+        page_tables.tilt_choice_table(found),
+        rows,
+        "",
+        *(
+            f"{case}, energy (“J”)" if k == 0 else words
+            for case in ("Case A", "Case B")
+            for k, words in enumerate(
+                ("", "relative to the lower bound", "tilt, mean (°)", "position error, mean (mm)")
+            )
+        ),
+    )
     assert data["lower_bound"] == pytest.approx(
         {"drag_energy_J": bound_J(), "drag_energy_paper": bound_J() / TURN, "tilt_mean_deg": tilt}
     )
@@ -192,7 +235,13 @@ def test_gaps_and_their_data() -> None:
             "share_above_1_percent": above,
             "largest": one.gap.max(),
         }
-    assert_rows(page_tables.gap_table(found), rows)
+    assert_rows(
+        page_tables.gap_table(found),
+        rows,
+        "beside",
+        "median of its excess cost (%)",
+        "steps that cost over 1 % more (%)",
+    )
 
 
 # --- claims, examples, provenance -----------------------------------------------------------------
@@ -213,7 +262,16 @@ def test_claims_stand_beside_what_was_found() -> None:
         [three, "order", "", "A < B", "", "contradicted"],
     ]
     expected[0][2] = f"{number(CLAIMS['drag_energy_a'].value, 5)} “J”"
-    assert_rows(page_tables.claims_table(judged), expected)
+    assert_rows(
+        page_tables.claims_table(judged),
+        expected,
+        "the paper says",
+        "rule",
+        "its number",
+        "here",
+        "difference",
+        "verdict",
+    )
 
 
 def test_examples_decide_between_two_conditions() -> None:
@@ -230,6 +288,7 @@ def test_examples_decide_between_two_conditions() -> None:
             ["90°", "all alike", "5", "6", "x", "counter-example"],
             ["0°", "none", "4", "4", "y", "agrees"],
         ],
+        *("tilt", "thrusts", "rank F by the paper", "rank F", "it is higher if and only if", ""),
     )
 
 
@@ -252,6 +311,7 @@ def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> No
             ["one", "tour", "refused", "1 of 1", "—"],
             ["two", "tour", "not finite", "1 of 1", "0.2 … 0.2"],
         ],
+        *("flown for", "flight", "how it ended", "how many", "after (s)"),
     )
 
 
@@ -271,3 +331,44 @@ def test_the_command_makes_the_same_page_again(quick: bool) -> None:
     usual = Plan.quickly() if quick else Plan.whole()
     words = "omnimorph reproduce --out reproduction" + (" --quick" if quick else "")
     assert page.command(usual) == words
+
+
+def test_each_table_of_the_page_stands_under_its_own_name() -> None:
+    design: Any = SimpleNamespace(analysis=SimpleNamespace(at=()), examples=())
+    found = replace(findings(), design=design)
+    built = page._tables(found, [], {})
+    flights, degraded, choice = found.flights, found.degraded, found.tilt_choice
+    expected = {
+        "key": key_table(found),
+        "energy": page_tables.energy_table(flights),
+        "errors": page_tables.error_table(flights),
+        "hypotheses": hypothesis_table(found.hypotheses),
+        "objections": objection_table(found.hypotheses),
+        "ablation": page_tables.ablation_table(found.ablation),
+        "lag": page_tables.lag_table(found.ablation.lag, flights),
+        "variants": page_tables.variant_table(flights),
+        "wakes": page_tables.wake_table(flights),
+        "losses": page_tables.losses_table(degraded),
+        "frontier": page_tables.frontier_table(degraded),
+        "dead": page_tables.dead_rotor_table(degraded),
+        "gaps": page_tables.gap_table(choice),
+        "tilt_choice": page_tables.tilt_choice_table(choice),
+        "actuation": page_tables.actuation_table(design),
+        "examples": page_tables.example_table(design),
+        "trajectory": trajectory_table(flights.runs[A]),
+        "plant": plant_table(flights.runs[A]),
+    }
+    assert {name: built[name] for name in expected} == expected
+    sources = flights.runs[A].vehicle.sources
+    assumed = {name.replace("_", " ") for name, source in sources.items() if source.assumed}
+    shown = {name: {row[0] for row in built[name].rows} for name in ("assumed", "sources")}
+    assert shown["assumed"] == assumed | {"speed max"}
+    assert shown["sources"] == {name.replace("_", " ") for name in sources} - shown["assumed"]
+    assert list(built["metrics"].head) == ["", "Case A", "Case B", "unit"]
+    text = results_text(found, [], "the command")
+    places = [
+        text.index(titled(built[name]))
+        for name in ("energy", "errors", "hypotheses", "objections", "losses", "frontier")
+    ]
+    assert places == sorted(places)
+    assert text.startswith("# The paper's claims beside what comes out here\n\nWritten by `the c")

@@ -59,7 +59,7 @@ def test_energies() -> None:
                 row.append(number(getattr(perfect, f"{kind}_energy_paper")))
             rows.append(row)
     table = page_tables.energy_table(FLIGHTS)
-    assert_rows(table, rows)
+    assert_rows(table, rows, *table.head)
     assert [head.rsplit(" ", 1)[-1] for head in table.head[1:]] == 2 * ["(“J”)", "(J)", "(“J”)"]
     assert [head.split()[0] for head in table.head[1:]] == [
         *("rotor", "rotor", "perfect", "acceleration", "acceleration", "perfect"),
@@ -82,8 +82,15 @@ def test_errors() -> None:
         )
     ]
     table = page_tables.error_table(FLIGHTS)
-    assert_rows(table, rows)
-    assert [head.rsplit("(")[-1] for head in table.head[1:]] == ["mm)", "mm)", "10⁻³)", "°)"]
+    assert_rows(
+        table,
+        rows,
+        "",
+        "position error, mean (mm)",
+        "position error, RMS (mm)",
+        "‖e_R‖, mean (10⁻³)",
+        "attitude error, RMS (°)",
+    )
 
 
 def test_plants_that_ought_to_agree() -> None:
@@ -95,7 +102,14 @@ def test_plants_that_ought_to_agree() -> None:
         assert b is not None
         numbers = (a.drag_energy_paper, a.tilt_mean_deg, b.drag_energy_paper)
         rows.append([f"step {words}", *map(number, numbers)])
-    assert_rows(page_tables.variant_table(FLIGHTS), rows)
+    assert_rows(
+        page_tables.variant_table(FLIGHTS),
+        rows,
+        "perfect plant",
+        "Case A (“J”)",
+        "its tilt, mean (°)",
+        "Case B (“J”)",
+    )
 
 
 def test_still_air_and_wakes() -> None:
@@ -114,7 +128,15 @@ def test_still_air_and_wakes() -> None:
             )
             row.append(f"{number(still, 3)} → {number(wakes, 3)}")
         rows.append(row)
-    assert_rows(page_tables.wake_table(FLIGHTS), rows)
+    assert_rows(
+        page_tables.wake_table(FLIGHTS),
+        rows,
+        "",
+        "rotor drag energy (“J”)",
+        "tilt, mean (°)",
+        "position error, mean (mm)",
+        "‖e_R‖, mean",
+    )
 
 
 def test_key_numbers() -> None:
@@ -148,8 +170,7 @@ def test_key_numbers() -> None:
             row += [" to ".join(f"{100.0 * end:.1f}" for end in found.bracket), "—"]
         rows.append(row)
     table = key_table(findings())
-    assert_rows(table, rows)
-    assert table.head == ["", "Case A, here", "the paper", "Case B, here", "the paper"]
+    assert_rows(table, rows, "", "Case A, here", "the paper", "Case B, here", "the paper")
 
 
 # --- why ------------------------------------------------------------------------------------------
@@ -167,7 +188,17 @@ def test_ablation_and_its_data() -> None:
         ]
         for one in found.conditions
     ]
-    assert_rows(page_tables.ablation_table(found), rows)
+    assert_rows(
+        page_tables.ablation_table(found),
+        rows,
+        "",
+        "tilt, mean (°)",
+        "rotor drag energy (“J”)",
+        "energy to accelerate (“J”)",
+        "position error, mean (mm)",
+        "position error, RMS (mm)",
+        "‖e_R‖, mean",
+    )
     data = found.as_dict()
     for one, told in zip(found.conditions, data["conditions"], strict=True):
         assert (told["group"], told["label"]) == (one.group, one.label)
@@ -199,7 +230,16 @@ def test_a_reference_without_feed_forward() -> None:
                     per_cent(without / claimed - 1.0),
                 ]
             )
-    assert_rows(page_tables.lag_table(lag, FLIGHTS), rows)
+    assert_rows(
+        page_tables.lag_table(lag, FLIGHTS),
+        rows,
+        "mean error",
+        "the paper",
+        "as stated",
+        "no feed-forward",
+        "closed form",
+        "difference",
+    )
     sines = [CLAIMS[f"attitude_error_{case}"].value or 0.0 for case in ("a", "b", "w3")]
     assert page._lag(lag) == {
         "attitude_time": "0.21",

@@ -66,7 +66,7 @@ def test_the_cases_can_be_told_apart() -> None:
 
 def test_hypotheses_fly_what_they_are_called() -> None:
     asked = Asked()
-    found = hypotheses.fly_hypotheses(PLAN, asked)  # type: ignore[arg-type]
+    found = hypotheses.fly_hypotheses(PLAN, asked)
     assert len(found) == 8
     assert hypotheses.count_hypotheses(PLAN) == len(asked.jobs)
     for one in found:
@@ -114,7 +114,7 @@ PERIODS = {"control every 1 ms": 1e-3, "control every 4 ms": 4e-3, "control ever
 
 def test_an_ablation_flies_what_it_is_called() -> None:
     asked = Asked()
-    found = ablation.fly_ablation(PLAN, asked)  # type: ignore[arg-type]
+    found = ablation.fly_ablation(PLAN, asked)
     assert ablation.count_ablation(PLAN) == len(asked.jobs)
     perfect = {kind for kind in effects_of(PAPER[A]) if kind == "none"}
     for one in found.conditions:
@@ -183,7 +183,7 @@ def lost_of(scenario: Scenario) -> np.ndarray:
 
 def test_the_papers_losses_are_flown_at_both_limits() -> None:
     asked = Asked()
-    found = degraded.fly_paper_losses(PLAN, asked)  # type: ignore[arg-type]
+    found = degraded.fly_paper_losses(PLAN, asked)
     expected = [(A, 0.35), (B, 0.35), (B, 0.3)]
     assert [(one.scenario, one.loss) for one in found[::2]] == expected
     for one in found:
@@ -211,7 +211,7 @@ def test_a_search_ends_where_half_of_the_flights_are_lost() -> None:
     limits = lost_thrust.speed_limits(PAPER[A].vehicle)
     physical = {(kind, limit): 0.1 * k + 0.01 * i for k, kind in enumerate(KINDS)
                 for i, limit in enumerate(limits)}  # fmt: skip
-    found = frontier.search_frontiers(PLAN, fly, physical)  # type: ignore[arg-type]
+    found = frontier.search_frontiers(PLAN, fly, physical)
     assert len({(o.scenario, o.kind, o.criterion, o.speed_limit) for o in found}) == 16
     for one in found:
         edge = 0.4 if one.criterion == NOT_LOST else 0.2
@@ -228,7 +228,7 @@ def test_a_search_ends_where_half_of_the_flights_are_lost() -> None:
         assert (lost_of(job.scenario)[upper] == 0.0).all()
         assert (lost_of(job.scenario)[~upper] > 0.0).all()
     dead = Asked()
-    shares = frontier.fly_dead_rotors(PLAN, dead)  # type: ignore[arg-type]
+    shares = frontier.fly_dead_rotors(PLAN, dead)
     assert list(shares) == [(n, c) for n in (A, B) for c in (NOT_LOST, POSE_KEPT)]
     assert frontier.count_frontiers(PLAN) == len(asked.jobs) + len(dead.jobs)
     for k, job in enumerate(dead.jobs):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from omnimorph.report.analysis_page import _condition_table, _drawings, _tilt_ta
 from omnimorph.report.analysis_summary import description, key_points
 from omnimorph.report.analysis_words import condition_words, rows_by_tilt
 from omnimorph.report.tables import degrees, number
+from omnimorph.studies.reproduction import design
 from omnimorph.units import from_SI, unit_of
 
 if TYPE_CHECKING:
@@ -241,6 +243,9 @@ def test_data_over_the_tilt_are_the_fields_they_are_called_by(analysis: VehicleA
     np.testing.assert_allclose(shown, best, atol=1e-9)
     assert data["hover_map"]["feasible_share"] == found.feasible.mean()
     assert data["hover_map"]["attitudes"] == len(found.up)
+    vehicle = {"rotors": "n_rotors", "servos": "n_servos", "weight_N": "", "dead_band_ignored": ""}
+    assert_fields(data["vehicle"], OMNIMORPH, vehicle)
+    assert data["vehicle"]["dead_band_ignored"] is bool(OMNIMORPH.dead_band.any())
     told = [(one["tilt_deg"], one["rank_thrust"]) for one in data["singular_tilts"]]
     assert told == [(pytest.approx(math.degrees(o.tilt)), o.rank) for o in analysis.singular]
     assert data["vehicle"]["weight_N"] == OMNIMORPH.mass * 9.81
@@ -313,6 +318,61 @@ def test_wakes_are_told_at_both_ends_with_what_they_add(analysis: VehicleAnalysi
         f"is {number(effect.radius[best])} N at best, at {degrees(effect.tilt[best])} "
         f"(in still air {number(effect.radius_still.max())} N)"
     ) in text
+
+
+def test_wakes_are_told_where_it_can_hover_in_them(analysis: VehicleAnalysis) -> None:
+    assert analysis.wakes is not None
+    effect = analysis.wakes
+    power = effect.power.copy()
+    power[:3] = power[-5:] = np.inf
+    less = replace(analysis, wakes=replace(effect, power=power))
+    (text,) = [one.text for one in key_points(less) if one.head == "Wakes:"]
+    for k in (3, -6):
+        at = f"{number(power[k])}\N{NO-BREAK SPACE}W at {degrees(effect.tilt[k])} (+"
+        assert at in text
+
+
+def test_claims_on_the_design_say_its_numbers(analysis: VehicleAnalysis) -> None:
+    """Each in the order of its sentence; ranks and matrix are held by the errata."""
+    found = analysis.omnidirectional
+    free = min(one for one in np.degrees(found.free_moment_beyond).tolist() if one[0] > 0)
+    zero = min(one for one in np.degrees(found.zero_moment_beyond).tolist() if one[0] > 0)
+    (lost,) = [high for low, high in np.degrees(found.level_beyond).tolist() if low <= 0 <= high]
+    trade = analysis.trade
+    assert trade is not None
+    assert trade.own is not None
+    limit = f"{OMNIMORPH.thrust_max.max():.4f}"
+    ends = [math.degrees(one or 0.0) for one in (trade.break_even, trade.break_even_in_wakes)]
+    falls = [f"{math.degrees(one.tilt):.0f}°".replace("-", "−") for one in analysis.singular]
+    judged = {
+        one.claim.key: one
+        for part in (
+            design._judge_ranks(OMNIMORPH, analysis),
+            design._judge_intervals(OMNIMORPH, analysis),
+            design._judge_mass(OMNIMORPH, analysis),
+            [design._judge_axes(OMNIMORPH)],
+        )
+        for one in part
+    }
+    for key in ("rank_at_0", "rank_at_90", "rank_elsewhere"):
+        assert f"falls at {', '.join(falls)} only" in judged[key].why
+    for key, here, told in (
+        ("omnidirectional_from", free[0], [f"{free[0]:.2f}", f"{zero[0]:.2f}"]),
+        ("omnidirectional_to", free[1], [f"{free[1]:.2f}", f"{zero[1]:.2f}"]),
+        ("hover_lost_at", lost, [f"{lost:.2f}"]),
+    ):
+        assert judged[key].here == pytest.approx(here)
+        assert re.findall(r"[\d.]+(?=°)", judged[key].found) == told
+        assert f"{limit} N" in judged[key].why
+    for key, tilt in (("break_even_20", 20.0), ("break_even_30", 30.0)):
+        expected = 100.0 / math.cos(math.radians(tilt)) - 100.0
+        assert judged[key].here == pytest.approx(expected)
+    pays = judged["own_mechanism_pays"]
+    share = [f"{100.0 * trade.own:.2f}", f"{ends[0]:.2f}", f"{ends[1]:.1f}"]
+    assert re.findall(r"[\d.]+(?= ?[%°])", pays.found) == share
+    assert "at the 37°" in pays.why
+    assert pays.verdict.value == "contradicted"
+    assert "54.7356°" in judged["turned_axes"].found
 
 
 def test_conditions_stand_beside_their_tilt_and_rank(analysis: VehicleAnalysis) -> None:

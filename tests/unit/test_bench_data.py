@@ -230,6 +230,19 @@ def test_too_few_rows() -> None:
     )
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_just_enough_rows_that_vary_just_enough_are_fitted(sign: float) -> None:
+    """What messages say is allowed is allowed: 8 rows, the fastest 1.2 times the slowest."""
+    few = sign * TURN * np.linspace(100.0, 120.0, 8)
+    fit = fit_rotor(bench_run(few, force_noise=0.0, torque_noise=0.0))
+    assert fit.thrust.both.value == pytest.approx(THRUST)
+    assert "1.2 times the slowest" in refusal(bench_run(few * np.linspace(1.0, 0.999, 8)))
+    both = np.concatenate([few, -few, few])
+    fit = fit_rotor(bench_run(both, force_noise=0.0, torque_noise=0.0))
+    assert fit.thrust.reverse is not None
+    assert "only 7 rows" in refusal(bench_run(np.delete(both, 8)))
+
+
 def test_rotor_that_never_turned() -> None:
     assert '"0 of 20 rows"' in refusal(bench_run(np.zeros(20)))
 

@@ -69,6 +69,19 @@ def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]
         np.testing.assert_allclose(points, shown, rtol=1e-12, atol=1e-12, err_msg=label)
 
 
+def assert_legend(figure: Figure, *without: str) -> None:
+    """Hold that a legend names whatever has a name in a panel, but some, and nothing else."""
+    named = {
+        str(one.get_label())
+        for panel in panels_of(figure)
+        for one in (*panel.lines, *panel.patches, *panel.collections, *panel.containers)
+        if one.get_label() and not str(one.get_label()).startswith("_")
+    }
+    shown = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert set(shown) == named - set(without)
+    assert len(shown) == len(set(shown))
+
+
 def assert_in_sight(figure: Figure, *, floor: bool = False) -> None:
     """Hold that no point of a curve lies beyond its axes, or with a `floor` only below them."""
     for panel in panels_of(figure):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from tests.unit.analysis_parts import OMNIMORPH, QUADROTOR, analysis_of_omnimorph
-from tests.unit.drawn import levels_of, panels_of, spans_of, uprights_of, xy
+from tests.unit.drawn import assert_legend, levels_of, panels_of, spans_of, uprights_of, xy
 
 import omnimorph as om
 from omnimorph.analysis import analyze, force_set
@@ -46,7 +46,10 @@ def triangles_of(panel: Axes) -> list[float]:
 
 def test_what_servos_cannot_reach_is_shaded(analysis: VehicleAnalysis) -> None:
     for draw in (analysis_figures.radius_over_tilt, analysis_figures.level_hover):
-        for panel in panels_of(draw(analysis)):
+        figure = draw(analysis)
+        assert_legend(figure)
+        for panel in panels_of(figure):
+            assert [one.get_label() for one in panel.patches] == ["beyond the limit"]
             assert panel.get_xlim() == pytest.approx((0.0, LAST))
             np.testing.assert_allclose(spans_of(panel), [(LIMIT, LAST)])
 
@@ -65,7 +68,9 @@ def test_weights_and_ranks_are_marked_where_they_are(analysis: VehicleAnalysis) 
     assert list(ranks) == pytest.approx(list(shown))
     assert list(ranks.values()) == [f"rank {rank}" for rank in shown.values()]
     assert f"weight, {number(analysis.weight)} N" in [text.get_text() for text in panel.texts]
-    ratio, radius = panels_of(analysis_figures.wakes(analysis))
+    figure = analysis_figures.wakes(analysis)
+    assert_legend(figure)
+    ratio, radius = panels_of(figure)
     assert (levels_of(ratio), levels_of(radius)) == ([1.0], [analysis.weight])
     assert analysis.wakes is not None
     still = next(line for line in radius.lines if line.get_label() == "still air")
@@ -92,7 +97,9 @@ def test_bars_of_omnidirectional_tilts_pale_beyond_the_limits(analysis: VehicleA
 
 
 def test_the_paper_is_marked_at_its_tilts(analysis: VehicleAnalysis) -> None:
-    (panel,) = panels_of(analysis_figures.mass_break_even(analysis))
+    figure = analysis_figures.mass_break_even(analysis)
+    assert_legend(figure)
+    (panel,) = panels_of(figure)
     assert analysis.trade is not None
     trade = analysis.trade
     dots = np.array([xy(line)[0] for line in panel.lines if line.get_marker() == "o"])

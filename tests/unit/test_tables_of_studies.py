@@ -255,6 +255,14 @@ def test_claims_stand_beside_what_was_found() -> None:
         judge("energy_order", basis=Basis.FLOWN, why="Why three.", command="", found="A < B",
               holds=False),
     ]  # fmt: skip
+    for row in judged:
+        told = row.as_dict()
+        assert told.pop("paper") == row.claim.value
+        assert told.pop("verdict") == row.verdict.value
+        for key in ("key", "text", "where", "rule", "unit"):
+            assert told.pop(key) == getattr(row.claim, key)
+        assert told == {key: getattr(row, key) for key in told}
+        assert len(told) == 8
     one, two, three = (row.claim.text for row in judged)
     expected = [
         [one, "number", "2081 “J”", "1900 (1880 … 1930) “J”", "−8.7 %", "predicted"],

@@ -69,7 +69,12 @@ def test_hypotheses_fly_what_they_are_called() -> None:
     found = hypotheses.fly_hypotheses(PLAN, asked)
     assert len(found) == 8
     assert hypotheses.count_hypotheses(PLAN) == len(asked.jobs)
+    verdicts = [one.verdict and one.verdict.value for one in found]
+    assert verdicts == [None, None, *5 * ["conjectured"], "calibrated"]
     for one in found:
+        assert bool(one.against) == (one.verdict is not None), "nothing speaks against the text"
+        assert ("fitted" in one.against) == (one.label.endswith("24"))
+        assert ("prints a position gain of 300" in one.against) == ("position gain" in one.label)
         for name in PAPER:
             scenario = asked.of(one.flown[name], PLAN.seeds)
             assert is_of(scenario, name)

@@ -71,12 +71,13 @@ def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]
 
 def assert_legend(figure: Figure, *without: str) -> None:
     """Hold that a legend names whatever has a name in a panel, but some, and nothing else."""
-    named = {
-        str(one.get_label())
+    drawn: list[Any] = [
+        one
         for panel in panels_of(figure)
         for one in (*panel.lines, *panel.patches, *panel.collections, *panel.containers)
-        if one.get_label() and not str(one.get_label()).startswith("_")
-    }
+    ]
+    names = {str(one.get_label()) for one in drawn}
+    named = {name for name in names if name and not name.startswith("_")}
     shown = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert set(shown) == named - set(without)
     assert len(shown) == len(set(shown))

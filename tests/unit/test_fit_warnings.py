@@ -13,6 +13,7 @@ from tests.unit.test_bench_data import refusal
 from omnimorph.errors import InputError
 from omnimorph.identification import fit_rotor
 from omnimorph.identification.time_constants import fit_steps
+from omnimorph.protocols import FloatArray
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -63,8 +64,8 @@ def test_noise_that_drifts_is_told() -> None:
 def test_as_many_steps_as_are_allowed_are_taken() -> None:
     """A command that steps at every row, which no speed follows."""
     for steps, allowed in ((1000, True), (1001, False)):
-        command = TURN * np.where(np.arange(steps + 1) % 2, 120.0, 60.0)
-        time = 0.01 * np.arange(steps + 1)
+        command: FloatArray = TURN * np.where(np.arange(steps + 1) % 2, 120.0, 60.0)
+        time: FloatArray = 0.01 * np.arange(steps + 1)
         if allowed:
             assert fit_steps(time, command, command) == ()
             continue

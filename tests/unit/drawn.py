@@ -43,6 +43,23 @@ def levels_of(panel: Axes) -> list[float]:
     return sorted(float(xy(line)[0, 1]) for line in panel.lines if is_level(line))
 
 
+def uprights_of(panel: Axes) -> list[float]:
+    """Return where lines go all the way up, from the left."""
+    upright = [one for one in panel.lines if one.get_transform() == _up(panel)]
+    return sorted(float(xy(line)[0, 0]) for line in upright)
+
+
+def _up(panel: Axes) -> Any:
+    return panel.get_xaxis_transform(which="grid")
+
+
+def spans_of(panel: Axes) -> list[tuple[float, float]]:
+    """Return from where to where a panel is shaded from its bottom to its top."""
+    shaded = [one for one in panel.patches if one.get_transform().contains_branch(_up(panel))]
+    boxes = [one.get_extents().transformed(panel.transData.inverted()) for one in shaded]
+    return sorted((float(box.x0), float(box.x1)) for box in boxes)
+
+
 def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]]) -> None:
     """Hold that a panel draws these curves (label, time, values), all of them and no others."""
     drawn = curves_of(panel)
@@ -50,6 +67,20 @@ def assert_curves(panel: Axes, expected: list[tuple[str, FloatArray, FloatArray]
     for (label, points), (_, time, values) in zip(drawn, expected, strict=True):
         shown = np.column_stack([time, values])
         np.testing.assert_allclose(points, shown, rtol=1e-12, atol=1e-12, err_msg=label)
+
+
+def assert_legend(figure: Figure, *without: str) -> None:
+    """Hold that a legend names whatever has a name in a panel, but some, and nothing else."""
+    drawn: list[Any] = [
+        one
+        for panel in panels_of(figure)
+        for one in (*panel.lines, *panel.patches, *panel.collections, *panel.containers)
+    ]
+    names = {str(one.get_label()) for one in drawn}
+    named = {name for name in names if name and not name.startswith("_")}
+    shown = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    assert set(shown) == named - set(without)
+    assert len(shown) == len(set(shown))
 
 
 def assert_in_sight(figure: Figure, *, floor: bool = False) -> None:

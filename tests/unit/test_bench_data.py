@@ -306,27 +306,12 @@ def test_outliers_are_named_and_left_out_and_the_data_stay() -> None:
     assert run.force.tolist() == force.tolist()
 
 
-def test_sensor_that_was_not_zeroed() -> None:
-    run = bench_run(staircase())
-    fit = fit_rotor(bench_run(staircase(), force=run.force + 0.4))
-    (sentence,) = (told for told in fit.warnings if told.startswith("At rest the force would be "))
-    assert float(sentence.split()[6]) == pytest.approx(0.4, abs=0.05)
-
-
 def test_torque_of_the_other_sign_is_told_and_turned() -> None:
     run = bench_run(staircase())
     fit = fit_rotor(bench_run(staircase(), torque=-run.torque))
     assert fit.torque_felt
     assert fit.drag.value.holds(DRAG)
     assert any(told.startswith("The torque has the sign opposite") for told in fit.warnings)
-
-
-def test_noise_that_drifts_is_told() -> None:
-    random = np.random.default_rng(0)
-    drift = np.convolve(random.standard_normal(2020), np.ones(20) / 4.5, "valid")[:2000]
-    speed = staircase(2000)
-    run = bench_run(speed, force=THRUST * speed**2 + 0.05 * drift)
-    assert any("its interval is too narrow" in told for told in fit_rotor(run).warnings)
 
 
 def test_steps_too_fast_for_the_samples_are_told() -> None:

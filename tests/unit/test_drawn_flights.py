@@ -10,6 +10,7 @@ from tests.unit.conftest import build_random_run
 from tests.unit.drawn import (
     assert_curves,
     assert_in_sight,
+    assert_legend,
     curves_of,
     levels_of,
     number_in,
@@ -148,9 +149,10 @@ def test_no_curve_leaves_its_axes() -> None:
         figures.power_and_energy(flown),
         summary_figures.overview(flown, [0.0]),
         summary_figures.tilt_by_plant(flown),
-        summary_figures.energies([row]),
     ):
         assert_in_sight(figure)
+        assert_legend(figure)
+    assert_in_sight(summary_figures.energies([row]))
     assert_in_sight(figures.errors(flown), floor=True)
     levels = [levels_of(panel) for panel in panels_of(figures.rotor_speeds(flown))]
     for panel, (low, high) in zip(panels_of(figures.rotor_speeds(flown)), levels, strict=True):

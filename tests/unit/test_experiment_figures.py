@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from tests.unit import experiment_parts as parts
-from tests.unit.drawn import assert_in_sight
+from tests.unit.drawn import assert_in_sight, assert_legend
 from tests.unit.experiment_parts import LOOKS, PANELS
 from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
 
@@ -84,6 +84,11 @@ def test_figures_are_legible_and_keep_inside_their_frame(
 @pytest.mark.parametrize("name", NAMES)
 def test_no_curve_leaves_its_axes(figures: dict[str, Figure], name: str) -> None:
     assert_in_sight(figures[name], floor=name == "cost_gaps")  # whose axis is logarithmic
+
+
+@pytest.mark.parametrize("name", NAMES[1:])  # an ablation's is of marks of its own
+def test_legends_name_all_that_has_a_name(figures: dict[str, Figure], name: str) -> None:
+    assert_legend(figures[name])
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Iterable
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -135,6 +136,17 @@ def test_dimension_of_the_forces_over_all_tilts(vehicle: Vehicle, dimension: int
         assert om.analysis.force_set(vehicle, 0.0, zero_moment=True).dimension == dimension
 
 
+LEANING, UPRIGHT = [0.6, 0.0, 0.8], [0.0, 0.0, 1.0]
+
+
+def build_through_the_middle(axes: list[list[float]], **changes: Any) -> Vehicle:
+    """Build pairs of rotors that push through the centre of mass, turning against each other."""
+    places = [sign * 0.1 * np.array(axis) for axis in axes for sign in (1.0, -1.0)]
+    spins = {"rotor_spin": [1.0, -1.0] * len(axes), "mass": 0.7}
+    twice = [axis for axis in axes for _ in range(2)]
+    return build_vehicle([place.tolist() for place in places], twice, **(spins | changes))
+
+
 # --- shares of attitudes --------------------------------------------------------------------------
 
 
@@ -148,6 +160,13 @@ def test_dimension_of_the_forces_over_all_tilts(vehicle: Vehicle, dimension: int
         (build_star(6, cant=0.3, speed_min=590.0), "none"),  # its least lift is twice the weight
         (build_star(6, cant=0.3, speed_min=599.9, mass=2.103), "less than 0.01 %"),
         (build_vehicle([[0.0, 0.0, 0.1], [0.0, 0.0, -0.1]] * 2, [[0.6, 0.0, 0.8]] * 4), "none"),
+        (build_through_the_middle([LEANING], speed_min=0.0), "one leaning only"),
+        (build_through_the_middle([LEANING]), "two leaning only"),
+        (
+            build_through_the_middle([LEANING, UPRIGHT], speed_min=-600.0),
+            "single ones about one axis",
+        ),
+        (build_through_the_middle([UPRIGHT], mass=99.0), "none"),
         (om.load_vehicle("omnicopter"), "all"),
     ],
 )

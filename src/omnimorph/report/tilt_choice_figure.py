@@ -180,6 +180,8 @@ def _make_room(panel: Axes, values: Sequence[float]) -> None:
 def _draw_energy(
     panel: Axes, values: Sequence[float], level: float, look: Look, least: float, case: str
 ) -> None:
+    if not len(values):
+        return  # all of its flights were lost
     mean, ends = float(np.mean(values)), [min(values), max(values)]
     panel.plot(ends, [level, level], color=look.colour, linewidth=4.0, alpha=0.4, zorder=2)
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 5.0, "zorder": 4}

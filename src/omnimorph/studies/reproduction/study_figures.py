@@ -212,7 +212,7 @@ def draw_energies(found: TiltChoice) -> Figure:
                 case: [
                     one.metrics.drag_energy_paper
                     for one in choice.flown[name]
-                    if one.metrics is not None
+                    if one.metrics is not None and one.completed
                 ]
                 for case, name in names.items()
             },

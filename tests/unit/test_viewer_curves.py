@@ -29,9 +29,9 @@ OMNIMORPH = om.load_vehicle("omnimorph")
 TURN = 2.0 * np.pi
 
 
-def random_flight(seed: int) -> om.Run:
+def random_flight(seed: int, vehicle: om.Vehicle = OMNIMORPH) -> om.Run:
     """Return a run full of random numbers, its attitudes rotations."""
-    run = build_random_run(seed=seed)
+    run = build_random_run(seed=seed, vehicle=vehicle)
     R, R_d = Rotation.random(2 * len(run.time), seed).as_matrix().reshape(2, -1, 3, 3)
     speed, wrench = 400.0 * run.speed, 20.0 * run.wrench_asked  # large enough to be seen
     return replace(run, R_WB=R, desired_R_WB=R_d, speed=speed, wrench_asked=wrench)

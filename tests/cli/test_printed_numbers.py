@@ -90,6 +90,11 @@ def test_platforms_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
     }
     rows = rows_of(answers["compare"].text)
     for row, told in zip(rows, answers["compare"].data["vehicles"], strict=True):
+        vehicle = om.load_vehicle(told["vehicle"])
+        found = om.analysis.platform(vehicle)
+        numbers = [vehicle.n_rotors, vehicle.n_servos, vehicle.mass, found.radius_over_weight]
+        numbers += [found.lateral_over_weight, found.hover_power_per_kg]
+        assert [told[key] for key in keys.values()] == pytest.approx(numbers)
         assert row["vehicle"] == told["vehicle"]
         for head, key in keys.items():
             assert is_shown(row[head], told[key]), head
@@ -173,11 +178,37 @@ def test_what_an_analysis_says_of_wakes_and_mass(answers: dict[str, Answer]) -> 
 
 
 def test_margins_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
-    margins = answers["gains"].data["margins"]
+    text, data = answers["gains"].text, answers["gains"].data
+    assert "for a control period of 4 ms and a delay of 3 ms." in text
+    vehicle, margins, times = om.load_vehicle("omnimorph"), data["margins"], (0.004, 0.003)
+    assert (data["control_period_ms"], data["delay_ms"]) == (4.0, 3.0)
+    proposal = om.propose_controller(vehicle, *times)
+    found = om.stability_margins(proposal.gains, vehicle, *times)
+    assert proposal.reasons == tuple(data["reasons"])
+    assert "\n".join(proposal.reasons) in text
+    for key, values in (
+        ("crossover_rad_per_s", found.crossover),
+        ("phase_margin_deg", np.degrees(found.phase_margin)),
+        ("gain_margin", found.gain_margin),
+        ("delay_margin_ms", 1e3 * found.delay_margin),
+    ):
+        np.testing.assert_allclose(margins[key], values, err_msg=key)
     for k, row in enumerate(rows_of(answers["gains"].text)):
         assert row.pop("axis") == margins["axis"][k]
         for head, cell in row.items():
             assert is_shown(cell, margins[head][k]), head
+
+
+def test_lists_are_those_of_the_catalogues(answers: dict[str, Answer]) -> None:
+    for told in answers["vehicles"].data:
+        vehicle = om.load_vehicle(told["name"])
+        found = (vehicle.n_rotors, vehicle.n_servos, vehicle.mass, vehicle.title)
+        assert tuple(told[key] for key in ("rotors", "servos", "mass_kg", "title")) == found
+    for told in answers["scenarios"].data:
+        scenario = om.load_scenario(told["name"])
+        names = (scenario.vehicle.name, scenario.plant.name, scenario.title)
+        assert tuple(told[key] for key in ("vehicle", "plant", "title")) == names
+        assert told["duration_s"] == scenario.reference.duration
 
 
 def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
@@ -245,7 +276,11 @@ def test_parts_are_printed_as_they_add_up(answers: dict[str, Answer]) -> None:
     values, data = tomllib.loads(answers["inertia"].text), answers["inertia"].data
     assert values["mass_kg"] == data["mass_kg"]
     np.testing.assert_allclose(values["inertia_kg_m2"], data["inertia_kg_m2"], atol=1e-12)
-    assert f"# {data['parts']} parts of parts.toml" in answers["inertia"].text
+    text = answers["inertia"].text
+    assert f"# {data['parts']} parts of parts.toml" in text
+    (centre,) = (line for line in text.splitlines() if line.endswith("are counted from there"))
+    shown = [float(number) for number in centre[3 : centre.index("]")].split(",")]
+    np.testing.assert_allclose(shown, data["centre_of_mass_m"], rtol=1e-5, atol=1e-12)
 
 
 def test_a_fit_is_printed_line_by_line(answers: dict[str, Answer]) -> None:

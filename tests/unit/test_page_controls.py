@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,9 +17,10 @@ import omnimorph as om
 from omnimorph.live.page import LivePage
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
+from omnimorph.viewer import colours
 from omnimorph.viewer.design import Design
 from omnimorph.viewer.design_scene import power_range
-from omnimorph.viewer.explorer_page import ExplorerPage
+from omnimorph.viewer.explorer_page import ExplorerPage, _size_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import FlightPage, numbers_of
 from omnimorph.viewer.frames import Flight
@@ -63,14 +65,17 @@ def assert_all_of_it_is_shown(page: ExplorerPage, design: Design) -> None:
     """Hold that the numbers, the legend and the scene are those of a design."""
     view = design.view()
     assert page._numbers.content == number_table(numbers_of_design(view))
-    for power in power_range(view.power):
-        assert f"{shown_number(power)} W" in page._legend.content
+    least, most = (f"{shown_number(power)} W" for power in power_range(view.power))
+    first, *_, last = re.findall(r"#[0-9a-f]{6}", page._legend.content.split("gradient")[1])
+    assert page._legend.content.index(least) < page._legend.content.rindex(most)
+    assert [first, last] == [colours.css(colour) for colour in colours.of_power([0.0, 1.0])]
     assert page.scene._weight.scale == pytest.approx(view.weight / page.scene._scales.force)
 
 
 def test_sliders_of_the_explorer_are_the_numbers_they_name(server: Any) -> None:
     page = ExplorerPage(server, OMNIMORPH, TILT)
     found = controls_of(server)
+    stretched = OMNIMORPH.replace(rotor_position=OMNIMORPH.rotor_position * np.c_[1:9])
     limits = np.degrees([OMNIMORPH.servo_angle_min[0], OMNIMORPH.servo_angle_max[0]])
     assert (found["tilt, °"].min, found["tilt, °"].max) == pytest.approx(limits)
     for label, number in SLIDERS.items():
@@ -82,6 +87,8 @@ def test_sliders_of_the_explorer_are_the_numbers_they_name(server: Any) -> None:
         slider.value = 1.1 * slider.value
         assert number(page.design) == pytest.approx(slider.value), label
     assert page.design.zero_moment
+    reach = np.linalg.norm(stretched.rotor_position, axis=1).max()
+    assert _size_of(stretched) == (pytest.approx(1e3 * reach), "longest arm, mm")
     found["force set"].value = "moments free"
     assert not page.design.zero_moment
     assert_all_of_it_is_shown(page, page.design)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -223,8 +225,31 @@ def test_sets_are_drawn_to_scale_with_their_edges(server: Any, tilt: float) -> N
             np.testing.assert_allclose(unit * solid._mesh.vertices, corners, atol=1e-5 * unit)
         gaps = np.linalg.norm(corners[:, None, None] - ends, axis=-1).min(axis=0)
         assert gaps.max() < 1e-5 * unit
-    at_limit = np.isclose(np.abs(view.level.thrust), OMNIMORPH.thrust_max)
-    np.testing.assert_array_equal(np.asarray(scene._solid._rims.batched_scales) > 0.5, at_limit)
+
+
+def test_rotors_at_a_limit_of_level_hover_have_a_rim(server: Any) -> None:
+    view = Design.of(OMNIMORPH, TILT).view()
+    scene = DesignScene(server, view, scales_of(OMNIMORPH))
+    share = np.array([1.0, 0.99, 0.5, 0.0, -0.5, -0.99, -1.0, 1.0])
+    thrust = np.where(share > 0.0, share * OMNIMORPH.thrust_max, -share * OMNIMORPH.thrust_min)
+    for feasible in (True, False):
+        scene.show(view._replace(level=replace(view.level, thrust=thrust, feasible=feasible)))
+        rims = np.asarray(scene._solid._rims.batched_scales) > 0.5
+        np.testing.assert_array_equal(rims, (np.abs(share) == 1.0) & feasible)
+
+
+def test_a_vehicle_is_drawn_to_the_scale_of_its_largest_sets() -> None:
+    """Nothing that it makes at any tilt is drawn longer than one unit, and something nearly is."""
+    scales, tilts = scales_of(OMNIMORPH), np.radians([0.0, 13.0, 30.0, 47.0, 60.0])
+    farthest = [
+        max(
+            float(np.linalg.norm(polytope.vertices, axis=1).max())
+            for polytope in (make(OMNIMORPH, np.array([tilt])) for tilt in tilts)
+        )
+        for make in (partial(om.analysis.force_set, zero_moment=True), om.analysis.moment_set)
+    ]
+    np.testing.assert_allclose([scales.force, scales.moment], farthest, rtol=0.02)
+    assert scales.length == np.linalg.norm(OMNIMORPH.rotor_position, axis=1).max()
 
 
 def test_a_set_that_becomes_empty_is_no_longer_shown(server: Any) -> None:

@@ -52,6 +52,7 @@ def test_blades_lift_when_they_turn_counter_clockwise() -> None:
     leading = vertices[(vertices[:, 0] > 0.8) & (vertices[:, 1] > 0.0)]
     trailing = vertices[(vertices[:, 0] > 0.8) & (vertices[:, 1] < 0.0)]
     assert leading[:, 2].mean() > trailing[:, 2].mean()
+    assert is_closed(shapes.blades(1.0))
     assert volume(shapes.blades(1.0)) > 0.0
 
 

@@ -27,7 +27,7 @@ from omnimorph.viewer.frames import Flight
 from omnimorph.viewer.server import new_server, stop
 from omnimorph.viewer.tables import number_table, shown_number
 
-TILT = np.radians([40.0])
+TILT, QUADROTOR = np.radians([40.0]), om.load_vehicle("quadrotor")
 
 
 @pytest.fixture(scope="module")
@@ -52,12 +52,13 @@ def controls_of(server: Any) -> dict[str, Any]:
 
 # --- the explorer ---------------------------------------------------------------------------------
 
-# Label of a slider -> what it is of the vehicle that is shown, and of the tilt.
+# Label of a slider -> what it is of the vehicle that is shown.
 SLIDERS: dict[str, Callable[[Design], float]] = {
-    "tilt, °": lambda design: np.degrees(design.tilt[0]),
     "mass, kg": lambda design: design.vehicle().mass,
     "largest rotor speed, Hz": lambda design: design.vehicle().speed_max.max() / (2.0 * np.pi),
-    "half-edge, mm": lambda design: 1e3 * abs(design.vehicle().rotor_position[0, 0]),
+    "longest arm, mm": lambda design: (
+        1e3 * np.linalg.norm(design.vehicle().rotor_position, axis=1).max()
+    ),
 }
 
 
@@ -73,35 +74,43 @@ def assert_all_of_it_is_shown(page: ExplorerPage, design: Design) -> None:
 
 
 def test_sliders_of_the_explorer_are_the_numbers_they_name(server: Any) -> None:
-    page = ExplorerPage(server, OMNIMORPH, TILT)
+    stretched = QUADROTOR.rotor_position * np.array([[1.0], [1.5], [1.0], [1.5]])
+    page = ExplorerPage(server, QUADROTOR.replace(rotor_position=stretched))
     found = controls_of(server)
-    stretched = OMNIMORPH.replace(rotor_position=OMNIMORPH.rotor_position * np.c_[1:9])
-    limits = np.degrees([OMNIMORPH.servo_angle_min[0], OMNIMORPH.servo_angle_max[0]])
-    assert (found["tilt, °"].min, found["tilt, °"].max) == pytest.approx(limits)
+    assert "tilt, °" not in found
     for label, number in SLIDERS.items():
         slider = found[label]
         assert slider.value == pytest.approx(number(page.design)), label
-        if label != "tilt, °":
-            ends = slider.value / np.array([slider.min, slider.max])
-            assert ends == pytest.approx([1 / 0.3, 1 / 3.0], rel=0.2), label
+        ends = np.array([slider.min, slider.max]) / slider.value
+        assert ends == pytest.approx([0.3, 3.0], rel=0.2), label
         slider.value = 1.1 * slider.value
         assert number(page.design) == pytest.approx(slider.value), label
     assert page.design.zero_moment
-    reach = np.linalg.norm(stretched.rotor_position, axis=1).max()
-    assert _size_of(stretched) == (pytest.approx(1e3 * reach), "longest arm, mm")
     found["force set"].value = "moments free"
     assert not page.design.zero_moment
     assert_all_of_it_is_shown(page, page.design)
 
 
+def test_the_slider_of_the_tilt_goes_from_limit_to_limit(server: Any) -> None:
+    page = ExplorerPage(server, OMNIMORPH, TILT)
+    slider = controls_of(server)["tilt, °"]
+    limits = np.degrees([OMNIMORPH.servo_angle_min[0], OMNIMORPH.servo_angle_max[0]])
+    assert (slider.min, slider.max) == pytest.approx(limits)
+    assert slider.value == 40.0
+    slider.value = 50.0
+    np.testing.assert_allclose(page.design.tilt, np.radians([50.0]))
+    assert_all_of_it_is_shown(page, page.design)
+    assert _size_of(OMNIMORPH) == (1e3 * OMNIMORPH.rotor_position.max(), "half-edge, mm")
+
+
 def test_another_vehicle_is_shown_whole_and_saved(server: Any, tmp_path: Path) -> None:
     page = ExplorerPage(server, OMNIMORPH, TILT, tmp_path)
     controls_of(server)["vehicle"].value = "quadrotor"
-    quadrotor, found = om.load_vehicle("quadrotor"), controls_of(server)
-    assert_all_of_it_is_shown(page, Design.of(quadrotor))
-    assert found["mass, kg"].value == quadrotor.mass
+    found = controls_of(server)
+    assert_all_of_it_is_shown(page, Design.of(QUADROTOR))
+    assert found["mass, kg"].value == QUADROTOR.mass
     assert "tilt, °" not in found
-    found["mass, kg"].value = 1.5 * quadrotor.mass
+    found["mass, kg"].value = 1.5 * QUADROTOR.mass
     for name in ("quadrotor-design", "quadrotor-design-2"):
         found["Save as TOML"].value = True
         assert om.load_vehicle(tmp_path / f"{name}.toml").mass == found["mass, kg"].value
@@ -209,7 +218,7 @@ def test_controls_of_a_live_flight_change_what_they_say(server: Any) -> None:
     found["Restore all rotors"].value = True
     assert page.flight.notes["events"][-1]["share"] == [1] * 8
     assert found["controller"].value == found["controller"].options[0] == "hover"
-    for name in found["controller"].options:
+    for name in found["controller"].options[1:3]:
         assert om.load_scenario(name).vehicle.name == "omnimorph"
     found["controller"].value = "paper-case-b"
     assert page.flight.notes["events"][-1]["scenario"] == "paper-case-b"

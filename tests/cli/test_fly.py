@@ -141,6 +141,7 @@ def test_a_lost_vehicle_is_said_and_kept(program: Program, tmp_path: Path) -> No
     run = om.load_run(tmp_path / "out" / "run.nc")
     assert run.outcome is om.Outcome.LOST
     assert 0.0 < run.time[-1] < 45.0
+    assert line.endswith(f" It flew {run.time[-1]:g} s of 45 s.")
     metrics = json.loads((tmp_path / "out" / "metrics.json").read_text("utf-8"))
     assert metrics["outcome"] == "lost"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from collections.abc import Iterator
 from contextlib import chdir
@@ -14,7 +15,8 @@ from tests.cli.printed import answer_of, is_shown, rows_of, unfounded
 from tests.cli.test_fit_and_inertia import PARTS, write_bench
 
 import omnimorph as om
-from omnimorph.cli import reproduce
+from omnimorph.analysis import overview
+from omnimorph.cli import analyze, reproduce
 from omnimorph.cli.console import Answer
 from omnimorph.cli.main import main
 from omnimorph.results.measures import MEASURES
@@ -88,10 +90,16 @@ def test_platforms_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
     }
     rows = rows_of(answers["compare"].text)
     for row, told in zip(rows, answers["compare"].data["vehicles"], strict=True):
+        vehicle = om.load_vehicle(told["vehicle"])
+        found = om.analysis.platform(vehicle)
+        numbers = [vehicle.n_rotors, vehicle.n_servos, vehicle.mass, found.radius_over_weight]
+        numbers += [found.lateral_over_weight, found.hover_power_per_kg]
+        assert [told[key] for key in keys.values()] == pytest.approx(numbers)
         assert row["vehicle"] == told["vehicle"]
         for head, key in keys.items():
             assert is_shown(row[head], told[key]), head
         assert is_shown(row["mm"], 1e3 * told["flight"]["position_error_mean_m"])
+        assert row["class"].split("; ")[-1] == told["thrust"]
 
 
 @pytest.mark.parametrize("name", ["analyze", "analyze fixed"])
@@ -114,6 +122,50 @@ def test_an_analysis_is_printed_cell_by_cell(answers: dict[str, Answer], name: s
             assert is_shown(row["tilt °"], told["tilt_deg"][0])
 
 
+def test_servos_that_differ_are_shown_one_by_one() -> None:
+    quad = om.load_vehicle("tilting-quad")
+    for angles, shown in (([1.0, 2.5, 1.0, 1.0], "1, 2.50, 1, 1"), ([7.0] * 4, "7")):
+        row = analyze._row(overview._at(quad, np.radians(angles), "asked for"))
+        assert row[0] == shown
+        assert row[-1].endswith(" (asked for)")
+
+
+def degrees_in(text: str) -> list[float]:
+    """Return the angles of a text, in their order."""
+    return [float(found) for found in re.findall(r"(-?[\d.]+)°", text)]
+
+
+def test_where_a_vehicle_can_hover_is_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
+    text, data = answers["analyze"].text, answers["analyze"].data
+    first, within, beyond = "it can hover", "within its limits", "if the servos turned"
+    rows = {row[first]: row for row in rows_of(text[text.index(f"\n{first}") :])}
+    keys = {
+        "every attitude, zero moment": "every_attitude_zero_moment",
+        "every attitude, free moments": "every_attitude_free_moment",
+        "level": "level",
+    }
+    assert list(rows) == list(keys)
+    for words, key in keys.items():
+        for head, ending in ((within, ""), (beyond, "_whole_turn")):
+            (cell,) = (cell for name, cell in rows[words].items() if name.startswith(head))
+            expected = np.ravel(data["hovering_range_deg"][key + ending])
+            np.testing.assert_allclose(degrees_in(cell), expected, atol=0.005, err_msg=words)
+    assert f"tilt {data['tilt_limits_deg'][0]:g}° to {data['tilt_limits_deg'][1]:g}°;" in text
+    (line,) = (line for line in text.splitlines() if line.startswith("Singular tilts"))
+    assert degrees_in(line) == [one["tilt_deg"] for one in data["singular_tilts"]]
+    ranks = [int(found) for found in re.findall(r"rank (\d)", line)]
+    assert ranks == [one["rank_thrust"] for one in data["singular_tilts"]]
+    assert f"Interference: {len(data['interference']['pairs'])} pairs" in text
+
+
+def test_a_vehicle_without_servos_says_where_it_hovers(answers: dict[str, Answer]) -> None:
+    """The octorotor hovers in every attitude, the quadrotor level only."""
+    text, data = answers["analyze fixed"].text, answers["analyze fixed"].data
+    assert "hover level: yes; in every attitude: yes; share of all attitudes: all." in text
+    assert "r free N" in text
+    assert data["at_tilt"][0]["level_hover"]["feasible"]
+
+
 def test_what_an_analysis_says_of_wakes_and_mass(answers: dict[str, Answer]) -> None:
     text, data = answers["analyze"].text, answers["analyze"].data
     wakes, trade = data["interference"], data["morphing_trade"]
@@ -126,11 +178,37 @@ def test_what_an_analysis_says_of_wakes_and_mass(answers: dict[str, Answer]) -> 
 
 
 def test_margins_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
-    margins = answers["gains"].data["margins"]
+    text, data = answers["gains"].text, answers["gains"].data
+    assert "for a control period of 4 ms and a delay of 3 ms." in text
+    vehicle, margins, times = om.load_vehicle("omnimorph"), data["margins"], (0.004, 0.003)
+    assert (data["control_period_ms"], data["delay_ms"]) == (4.0, 3.0)
+    proposal = om.propose_controller(vehicle, *times)
+    found = om.stability_margins(proposal.gains, vehicle, *times)
+    assert proposal.reasons == tuple(data["reasons"])
+    assert "\n".join(proposal.reasons) in text
+    for key, values in (
+        ("crossover_rad_per_s", found.crossover),
+        ("phase_margin_deg", np.degrees(found.phase_margin)),
+        ("gain_margin", found.gain_margin),
+        ("delay_margin_ms", 1e3 * found.delay_margin),
+    ):
+        np.testing.assert_allclose(margins[key], values, err_msg=key)
     for k, row in enumerate(rows_of(answers["gains"].text)):
         assert row.pop("axis") == margins["axis"][k]
         for head, cell in row.items():
             assert is_shown(cell, margins[head][k]), head
+
+
+def test_lists_are_those_of_the_catalogues(answers: dict[str, Answer]) -> None:
+    for told in answers["vehicles"].data:
+        vehicle = om.load_vehicle(told["name"])
+        found = (vehicle.n_rotors, vehicle.n_servos, vehicle.mass, vehicle.title)
+        assert tuple(told[key] for key in ("rotors", "servos", "mass_kg", "title")) == found
+    for told in answers["scenarios"].data[-3:]:
+        scenario = om.load_scenario(told["name"])
+        names = (scenario.vehicle.name, scenario.plant.name, scenario.title)
+        assert tuple(told[key] for key in ("vehicle", "plant", "title")) == names
+        assert told["duration_s"] == scenario.reference.duration
 
 
 def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
@@ -145,6 +223,23 @@ def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
                     assert is_shown(cell, told[head]), head
                 else:
                     assert cell == told[head]
+
+
+def test_a_scenario_is_printed_line_by_line(answers: dict[str, Answer]) -> None:
+    """Each line is a path into the data and what stands there."""
+    for told in (answers["scenario"], answer_of("scenarios", "tour")):
+        lines = [line.split(maxsplit=1) for line in told.text.split("\n\n")[1].splitlines()]
+        assert len(lines) == len({key for key, _ in lines}) > 10
+        for key, cell in lines:
+            value = told.data
+            for part in re.findall(r"\w+", key):
+                value = value[int(part) if part.isdecimal() else part]
+            if isinstance(value, bool | str):
+                assert cell == str(value), key
+                continue
+            shown = re.sub(r"[\[\]]", "", cell).split(", ")
+            for one, number in zip(shown, np.ravel(value).tolist(), strict=True):
+                assert is_shown(one, number), key
 
 
 def test_a_vehicle_is_printed_rotor_by_rotor(answers: dict[str, Answer]) -> None:
@@ -168,18 +263,24 @@ def test_a_vehicle_is_printed_rotor_by_rotor(answers: dict[str, Answer]) -> None
 def test_claims_are_printed_cell_by_cell() -> None:
     claim = {"key": "energy_a", "paper": 2081.0, "unit": "J", "here": 1764.32, "verdict": "far"}
     claim |= {"difference": -0.1522, "found": "in 20 flights"}
+    claim |= {"explained": False, "why": "another plant"}
     assert reproduce._row(claim) == [
         *("energy_a", "2081 J", "1764", "-15.2%", "far", "in 20 flights")
     ]
     in_words = {**claim, "paper": None, "here": None, "difference": None}
     assert reproduce._row(in_words) == ["energy_a", "", "", "", "far", "in 20 flights"]
+    assert reproduce._row({**claim, "explained": True})[-1] == "another plant"
 
 
 def test_parts_are_printed_as_they_add_up(answers: dict[str, Answer]) -> None:
     values, data = tomllib.loads(answers["inertia"].text), answers["inertia"].data
     assert values["mass_kg"] == data["mass_kg"]
     np.testing.assert_allclose(values["inertia_kg_m2"], data["inertia_kg_m2"], atol=1e-12)
-    assert f"# {data['parts']} parts of parts.toml" in answers["inertia"].text
+    text = answers["inertia"].text
+    assert f"# {data['parts']} parts of parts.toml" in text
+    (centre,) = (line for line in text.splitlines() if line.endswith("are counted from there"))
+    shown = [float(number) for number in centre[3 : centre.index("]")].split(",")]
+    np.testing.assert_allclose(shown, data["centre_of_mass_m"], rtol=1e-5, atol=1e-12)
 
 
 def test_a_fit_is_printed_line_by_line(answers: dict[str, Answer]) -> None:

@@ -14,7 +14,7 @@ import pytest
 import omnimorph as om
 from omnimorph.cli.main import main
 from omnimorph.cli.page import announce
-from omnimorph.cli.view import _ended_before
+from omnimorph.cli.view import _ended_before, _moment
 
 
 @pytest.fixture(scope="module")
@@ -145,7 +145,12 @@ def test_a_picture_says_which_flight_had_ended() -> None:
     assert _ended_before(flights, 3.0) == (  # type: ignore[arg-type]
         "the picture is of 3 s; it shows the last moment of short at 2 s."
     )
-    assert "of 2.5 s" in _ended_before(flights, None)  # type: ignore[arg-type]
+
+
+def test_a_picture_is_of_the_moment_asked_for_or_of_the_middle() -> None:
+    flights = [SimpleNamespace(duration=2.0), SimpleNamespace(duration=5.0)]
+    assert _moment(flights, None) == 2.5  # type: ignore[arg-type]
+    assert _moment(flights, 0.0) == 0.0  # type: ignore[arg-type]
 
 
 def test_others_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:

@@ -66,7 +66,11 @@ def test_plots_go_on_with_the_flight_and_are_never_built_anew() -> None:
             page.pilot.push(np.array([80.0 * until, 0.0, 0.0]))  # errors grow, and so do their axes
             page.pilot.advance(until)
             page.show()
-            assert [handle.data[0][-1] for handle in handles] == [page.as_run().time[-1]] * 5
+            end = page.as_run().time[-1]
+            assert [handle.data[0][-1] for handle in handles] == [end] * 5
+            for handle in handles:
+                now = np.isfinite(handle.data[-1])
+                assert set(handle.data[0][now]) == {end}
         assert [handle.scales for handle in handles] == scales
     finally:
         stop(server)

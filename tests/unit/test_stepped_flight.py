@@ -25,8 +25,9 @@ def flown(flight: SteppedFlight, until: float = np.inf) -> SteppedFlight:
 
 
 def test_left_alone_it_is_the_flight_of_fly() -> None:
-    run = flown(SteppedFlight(HOVER, seed=3)).as_run()
-    assert run.content_hash == om.fly(HOVER, seed=3).content_hash
+    run = flown(SteppedFlight(HOVER, seed=3, flight=2)).as_run()
+    assert run.content_hash == om.fly(HOVER, seed=3, flight=2).content_hash
+    assert not np.array_equal(run.p_WB, om.fly(HOVER, seed=3, flight=0).p_WB)
     assert run.outcome is om.Outcome.COMPLETED
 
 

@@ -12,6 +12,10 @@ import numpy as np
 import pytest
 
 from omnimorph.design import Source, Vehicle, load_vehicle
+from omnimorph.design.checks import LONGEST_LINE
+from omnimorph.design.new_vehicle import new_vehicle_text
+from omnimorph.design.reading import parse_vehicle
+from omnimorph.design.vehicle import MOST_ROTORS, MOST_SERVOS
 from omnimorph.errors import VehicleError
 
 
@@ -283,3 +287,20 @@ def test_what_lies_on_the_limit_is_accepted() -> None:
     build_quadrotor(servo_angle_min=[0.5])  # a locked servo
     build_quadrotor(speed_min=[0.0] * 4, dead_band=[599.0] * 4)
     build_quadrotor(rotor_axis=[[0.0, 0.0, 0.991]] * 4)
+
+
+def test_as_many_rotors_servos_and_letters_as_allowed_and_not_one_more() -> None:
+    """What a message calls the most is itself allowed, in files and in Python."""
+    text = new_vehicle_text("whole", MOST_ROTORS, "independent")
+    whole = parse_vehicle(text, "whole.toml")
+    assert (whole.n_rotors, whole.n_servos) == (MOST_ROTORS, MOST_SERVOS)
+    title = "t" * LONGEST_LINE
+    assert whole.replace(title=title).title == title
+    for changes, allowed in (
+        ({"title": f"{title}t"}, f"at most {LONGEST_LINE} characters"),
+        ({"name": "n" * 101}, "at most 100 letters"),
+        ({"servo_name": (*whole.servo_name, "one more")}, f"at most {MOST_SERVOS}"),
+    ):
+        with pytest.raises(VehicleError, match=allowed):
+            whole.replace(**changes)
+    assert whole.replace(name="n" * 100).name == "n" * 100

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import omnimorph as om
 from omnimorph.errors import InputError, VehicleError
@@ -18,9 +19,9 @@ from omnimorph.viewer import colours
 from omnimorph.viewer.charts import COLUMNS, _on_common_times, charts_of
 from omnimorph.viewer.design import ATTITUDES, Design, is_cube, scales_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
-from omnimorph.viewer.flight_page import notices, numbers_of
+from omnimorph.viewer.flight_page import _trail, notices, numbers_of
 from omnimorph.viewer.frames import Flight, Playback, blade_turns
-from omnimorph.viewer.pictures import browser, check_format, save_picture, save_video
+from omnimorph.viewer.pictures import _looking, browser, check_format, save_picture, save_video
 from omnimorph.viewer.server import check_port, is_loopback
 
 OMNIMORPH = om.load_vehicle("omnimorph")
@@ -66,6 +67,15 @@ def test_times_outside_the_flight_are_its_ends(flight: Flight) -> None:
     assert flight.row_at(1e9) == len(flight.run.time) - 1
 
 
+def test_a_trail_is_the_way_of_the_last_seconds(flight: Flight) -> None:
+    run = flight.run
+    for row, first in ((4500, 1500), (2000, 0)):
+        way = _trail(flight, row)
+        assert 30 < len(way) <= 60
+        np.testing.assert_array_equal(way[0], run.p_WB[first])
+        np.testing.assert_array_equal(way[-1], run.p_WB[row])
+
+
 def test_blades_turn_in_the_sense_of_the_rotor_and_no_faster_than_once_a_second() -> None:
     speed = np.where(np.arange(8) % 2, 1.0, -1.0) * OMNIMORPH.speed_max
     turns = blade_turns(OMNIMORPH, speed, 1.0)
@@ -88,6 +98,14 @@ def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
     said = notices([flight], [busy])
     assert "rotor 2, 4" in said
     assert "force not achieved: 3.46 N" in said
+    assert flight.run.outcome_sentence not in said
+    assert "hover: " not in said
+    last = flight.frame(len(flight.run.time) - 1)
+    assert flight.run.outcome_sentence in notices([flight], [last])
+    assert flight.run.outcome_sentence not in notices([flight], [last], False)
+    assert flight.run.outcome_sentence in notices([flight], [calm], True)
+    of_two = notices([flight, Flight(flight.run, "b")], [calm, busy]).split(">", 1)[1]
+    assert of_two.startswith("b: at the limit: rotor 2, 4<br>b: force")
 
 
 def test_playback_stops_at_the_end_and_starts_again() -> None:
@@ -306,6 +324,17 @@ def test_an_ending_that_cannot_be_written_is_refused(monkeypatch: pytest.MonkeyP
         check_format("--video", Path("flight.mp4"), (".gif", ".webp", ".mp4"))
 
 
+def test_a_camera_looks_ahead_and_stands_upright() -> None:
+    """Its z goes to what it looks at, its x is level to the right, its y downwards."""
+    position, at = np.array([1.0, -3.0, 2.0]), np.array([0.5, 1.0, 0.0])
+    w, *xyz = _looking(position, at)
+    x, y, z = Rotation.from_quat([*xyz, w]).as_matrix().T
+    np.testing.assert_allclose(z, (at - position) / np.linalg.norm(at - position))
+    assert x[2] == pytest.approx(0.0)
+    assert y[2] < 0.0
+    np.testing.assert_allclose(np.cross(x, y), z)
+
+
 @pytest.mark.parametrize("ending", ["png", "jpg", "webp"])
 def test_pictures_are_written_in_their_format(ending: str, tmp_path: Path) -> None:
     from PIL import Image
@@ -326,6 +355,8 @@ def test_videos_have_their_pictures(ending: str, tmp_path: Path) -> None:
     with Image.open(tmp_path / f"t.{ending}") as video:
         assert getattr(video, "n_frames", 1) == 5
         assert video.size == (40, 30)
+        if ending == "gif":
+            assert video.info["duration"] == 50
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -24,14 +25,15 @@ from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import numbers_of
 from omnimorph.viewer.frames import Flight, blade_turns
 from omnimorph.viewer.server import new_server, stop
+from omnimorph.viewer.tables import Row, number_table
 
 OMNIMORPH = om.load_vehicle("omnimorph")
 TURN = 2.0 * np.pi
 
 
-def random_flight(seed: int) -> om.Run:
+def random_flight(seed: int, vehicle: om.Vehicle = OMNIMORPH) -> om.Run:
     """Return a run full of random numbers, its attitudes rotations."""
-    run = build_random_run(seed=seed)
+    run = build_random_run(seed=seed, vehicle=vehicle)
     R, R_d = Rotation.random(2 * len(run.time), seed).as_matrix().reshape(2, -1, 3, 3)
     speed, wrench = 400.0 * run.speed, 20.0 * run.wrench_asked  # large enough to be seen
     return replace(run, R_WB=R, desired_R_WB=R_d, speed=speed, wrench_asked=wrench)
@@ -149,6 +151,16 @@ def test_numbers_of_a_flight_are_those_of_its_row() -> None:
         assert {key: one.values[k] for key, one in told.items()} == expected
     units = [told[key].unit for key in ("time", "position-error", "attitude-error", "power")]
     assert units == ["s", "mm", "°", "W"]
+
+
+def test_a_table_has_what_it_is_then_the_values_then_the_unit() -> None:
+    rows = [Row("mass", "weight & more", "N", ["12.9", "7"]), Row("radius", "reach", "m", ["1"])]
+    table = ElementTree.fromstring(number_table(rows, ["a", "b"]))
+    cells = [["".join(cell.itertext()) for cell in row] for row in table.iter("tr")]
+    assert cells == [["", "a", "b", ""], ["weight & more", "12.9", "7", "N"], ["reach", "1", "m"]]
+    assert [cell.get("id") for cell in table.iter("td") if cell.get("id")] == [
+        *("mass", "mass-2", "radius")
+    ]
 
 
 def test_numbers_of_a_design_are_those_of_the_analysis() -> None:

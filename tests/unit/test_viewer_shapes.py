@@ -52,6 +52,7 @@ def test_blades_lift_when_they_turn_counter_clockwise() -> None:
     leading = vertices[(vertices[:, 0] > 0.8) & (vertices[:, 1] > 0.0)]
     trailing = vertices[(vertices[:, 0] > 0.8) & (vertices[:, 1] < 0.0)]
     assert leading[:, 2].mean() > trailing[:, 2].mean()
+    assert is_closed(shapes.blades(1.0))
     assert volume(shapes.blades(1.0)) > 0.0
 
 
@@ -98,3 +99,19 @@ def test_rotations_turn_z_to_the_axis_and_quaternions_agree() -> None:
     w, x, y, z = shapes.wxyz_of(R).T
     third = np.column_stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)])
     np.testing.assert_allclose(third, axes, atol=1e-12)
+
+
+def test_discs_and_rings_are_whole_and_in_the_middle_of_their_height() -> None:
+    for mesh, area, radius in (
+        (shapes.disc(2.0, 0.5, sides=40), 4.0, 2.0),
+        (shapes.ring(1.5, 2.0, 0.5, sides=40), 4.0 - 2.25, 2.0),
+    ):
+        assert is_closed(mesh)
+        assert volume(mesh) == pytest.approx(area * polygon_area(40) * 0.5)
+        np.testing.assert_allclose(mesh.vertices.max(axis=0), (radius, radius, 0.25))
+        np.testing.assert_allclose(mesh.vertices.min(axis=0), (-radius, -radius, -0.25))
+    tile = shapes.tile(2.0, sides=40)
+    a, b, c = (tile.vertices[tile.faces[:, k]] for k in range(3))
+    areas = 0.5 * np.cross(b - a, c - a)
+    np.testing.assert_allclose(areas.sum(axis=0), (0.0, 0.0, 4.0 * polygon_area(40)), atol=1e-12)
+    assert (areas[:, 2] > 0.0).all()

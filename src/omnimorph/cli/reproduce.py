@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, positive_number, seed_number
+
+if TYPE_CHECKING:
+    from omnimorph.studies.reproduction import Plan
 
 __all__ = ["SUMMARY", "add_arguments", "answer"]
 
@@ -46,14 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write the report, and say where it is and how each claim stands."""
     from omnimorph.results.folder import replaced_words
-    from omnimorph.studies.reproduction import Plan, reproduce
+    from omnimorph.studies.reproduction import reproduce
 
     out: Path = options.out
-    build = Plan.quickly if options.quick else Plan.whole
-    plan = build(options.seed) if options.seeds is None else build(options.seed, options.seeds)
     replaced = replaced_words(out / "results.json")
     with console.Progress("reproducing the paper:") as progress:
-        report = reproduce(out, plan, progress)
+        report = reproduce(out, _plan(options), progress)
     results = json.loads(Path(out, "results.json").read_text(encoding="utf-8"))
     rows = [_row(one) for one in results["claims"]]
     header = ["claim", "paper", "here", "difference", "verdict", "found"]
@@ -62,6 +63,14 @@ def answer(options: argparse.Namespace) -> console.Answer:
         data={"report": str(report)} | results,
         complaint=replaced,
     )
+
+
+def _plan(options: argparse.Namespace) -> Plan:
+    """Return how many flights are asked for, from which seed on."""
+    from omnimorph.studies.reproduction import Plan
+
+    build = Plan.quickly if options.quick else Plan.whole
+    return build(options.seed) if options.seeds is None else build(options.seed, options.seeds)
 
 
 def _row(one: dict[str, Any]) -> list[str]:

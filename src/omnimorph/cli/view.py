@@ -205,6 +205,7 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
 
     replaced = replaced_words(*filter(None, (options.snapshot, options.video)))
     duration = max(flight.duration for flight in flights)
+    moment = _moment(flights, options.at)
     speed = 1.0 if options.speed is None else options.speed
     if options.video:
         check_length(options.video, _count(duration, speed), *_VIDEO)
@@ -213,7 +214,7 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
         files: list[Path] = []
         with camera_in(server) as take:
             if options.snapshot:
-                frames = scene.show(0.5 * scene.duration if options.at is None else options.at)
+                frames = scene.show(moment)
                 camera = scene.close_up(frames)
                 save_picture(options.snapshot, still(take, *_PICTURE, *camera))
                 files.append(options.snapshot)
@@ -222,13 +223,17 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
                     pictures = _moments(scene, take, speed, progress)
                     save_video(options.video, pictures, _PICTURES_A_SECOND)
                 files.append(options.video)
-    ended = "" if options.snapshot is None else _ended_before(flights, options.at)
+    ended = "" if options.snapshot is None else _ended_before(flights, moment)
     return _written(files, f"{ended}\n{replaced}".strip())
 
 
-def _ended_before(flights: list[Flight], at: float | None) -> str:
-    """Return which flights of a picture had ended before its moment; "" if none had."""
-    moment = 0.5 * max(flight.duration for flight in flights) if at is None else at
+def _moment(flights: list[Flight], at: float | None) -> float:
+    """Return the moment of a picture, s: that asked for, or the middle of the longer flight."""
+    return 0.5 * max(flight.duration for flight in flights) if at is None else at
+
+
+def _ended_before(flights: list[Flight], moment: float) -> str:
+    """Return which flights of a picture had ended before its moment, s; "" if none had."""
     ended = [f"{one.name} at {one.duration:g} s" for one in flights if one.duration < moment]
     if not ended:
         return ""

@@ -65,7 +65,7 @@ def test_as_many_steps_as_are_allowed_are_taken() -> None:
     """A command that steps at every row, which no speed follows."""
     for steps, allowed in ((1000, True), (1001, False)):
         odd = np.arange(steps + 1) % 2 == 1
-        command: FloatArray = TURN * np.where(odd, 120.0, 60.0).astype(np.float64)
+        command = np.asarray(TURN * np.where(odd, 120.0, 60.0), dtype=np.float64)
         time: FloatArray = 0.01 * np.arange(steps + 1)
         if allowed:
             assert fit_steps(time, command, command) == ()

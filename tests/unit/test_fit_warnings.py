@@ -13,7 +13,6 @@ from tests.unit.test_bench_data import refusal
 from omnimorph.errors import InputError
 from omnimorph.identification import fit_rotor
 from omnimorph.identification.time_constants import fit_steps
-from omnimorph.protocols import FloatArray
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -66,7 +65,7 @@ def test_as_many_steps_as_are_allowed_are_taken() -> None:
     for steps, allowed in ((1000, True), (1001, False)):
         odd = np.arange(steps + 1) % 2 == 1
         command = np.asarray(TURN * np.where(odd, 120.0, 60.0), dtype=np.float64)
-        time: FloatArray = 0.01 * np.arange(steps + 1)
+        time = np.asarray(0.01 * np.arange(steps + 1), dtype=np.float64)
         if allowed:
             assert fit_steps(time, command, command) == ()
             continue

@@ -100,6 +100,45 @@ def test_key_points_of_omnimorph(analysis: VehicleAnalysis) -> None:
     assert "beyond 30.93° in still air and beyond 40.44°" in points["The tilt mechanism"]
 
 
+def test_key_points_where_something_is_missing(analysis: VehicleAnalysis) -> None:
+    """Where a mechanism never pays, or no tilt within the limits is omnidirectional."""
+
+    def said(changed: VehicleAnalysis, head: str) -> str:
+        (text,) = [one.text for one in key_points(changed) if one.head.startswith(head)]
+        return text.replace("\N{NO-BREAK SPACE}", " ")
+
+    trade = analysis.trade
+    assert trade is not None
+    assert trade.own is not None
+    share = f"({number(100.0 * trade.own, 3)} % of the mass of the rest)"
+    for one, told in (
+        (replace(trade, break_even=None), "at no tilt in still air and beyond 40.44° in the"),
+        (replace(trade, break_even_in_wakes=None), "beyond 30.93° in still air and at no tilt in"),
+    ):
+        text = said(replace(analysis, trade=one), "The tilt mechanism")
+        assert text.startswith(share)
+        assert told in text
+    unknown = replace(analysis, trade=replace(trade, own=None))
+    assert "does not state" in said(unknown, "The tilt mechanism")
+    assert "cannot hover level" in said(replace(analysis, trade=None), "The tilt mechanism")
+
+    found = analysis.omnidirectional
+    never = replace(analysis, omnidirectional=replace(found, zero_moment=np.empty((0, 2))))
+    text = said(never, "Not omnidirectional")
+    assert "With free moments it would be from 37.00° to 60°." in text
+    ahead = replace(found, zero_moment=np.empty((0, 2)), zero_moment_beyond=np.radians([[65, 70]]))
+    text = said(replace(analysis, omnidirectional=ahead), "Not omnidirectional")
+    assert "With more travel it would be so from 65° to 70° (zero moment)." in text
+    some = replace(found, level=np.radians([[0.0, 50.0]]))
+    text = said(replace(analysis, omnidirectional=some), "Hovering level")
+    assert "It can do so from 0° to 50° only." in text
+    power = analysis.sweep.level_power.copy()
+    power[40] = 0.5 * power.min()  # at 20° of 0° to 90°
+    dented = replace(analysis, sweep=replace(analysis.sweep, level_power=power))
+    text = said(dented, "Hovering level")
+    assert f"Near 20° it is cheapest, {number(power[40])} W." in text
+
+
 def test_the_optimum_named_is_the_one_at_zero_moment(analysis: VehicleAnalysis) -> None:
     """Told apart by exchanging the sets with free moments, whose optimum is then elsewhere."""
     exchanged = [one.force_free for one in reversed(analysis.at)]

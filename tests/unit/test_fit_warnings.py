@@ -13,6 +13,8 @@ from tests.unit.test_bench_data import refusal
 from omnimorph.errors import InputError
 from omnimorph.identification import fit_rotor
 from omnimorph.identification.time_constants import fit_steps
+from omnimorph.protocols import FloatArray
+from omnimorph.units import to_SI
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -63,9 +65,8 @@ def test_noise_that_drifts_is_told() -> None:
 def test_as_many_steps_as_are_allowed_are_taken() -> None:
     """A command that steps at every row, which no speed follows."""
     for steps, allowed in ((1000, True), (1001, False)):
-        odd = np.arange(steps + 1) % 2 == 1
-        command = np.asarray(TURN * np.where(odd, 120.0, 60.0), dtype=np.float64)
-        time = np.asarray(0.01 * np.arange(steps + 1), dtype=np.float64)
+        command = to_SI(np.where(np.arange(steps + 1) % 2, 120.0, 60.0), "Hz")
+        time: FloatArray = np.arange(steps + 1) / 100.0
         if allowed:
             assert fit_steps(time, command, command) == ()
             continue

@@ -32,6 +32,7 @@ def test_numbers_are_those_of_the_analysis_and_of_the_flight(
     omnimorph = om.load_vehicle("omnimorph")
     found = om.analysis.platform(omnimorph)
     assert rows["omnimorph"]["radius_over_weight"] == found.radius_over_weight
+    assert rows["omnimorph"]["lateral_over_weight"] == found.lateral_over_weight
     assert rows["omnimorph"]["hover_power_W_per_kg"] == found.hover_power_per_kg
     flown = om.fly(om.load_scenario("tour").for_vehicle(omnimorph), seed=0).metrics
     assert rows["omnimorph"]["flight"] == flown.as_dict()

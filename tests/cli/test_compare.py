@@ -46,6 +46,7 @@ def test_numbers_are_those_of_the_analysis_and_of_the_flight(
     }
 
 
+@pytest.mark.slow
 def test_what_cannot_fly_is_compared_and_says_why(program: Program, folder: Path) -> None:
     assert program("new-vehicle", "heavy").returncode == 0
     file = folder / "heavy.toml"

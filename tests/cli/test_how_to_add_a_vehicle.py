@@ -15,6 +15,7 @@ Program = Callable[..., "subprocess.CompletedProcess[str]"]
 PAGE = Path(__file__).parents[2] / "docs" / "how-to-add-a-vehicle.md"
 
 
+@pytest.mark.slow
 def test_the_page_can_be_walked_through(
     program: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

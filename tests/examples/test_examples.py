@@ -19,7 +19,13 @@ def run(example: Path, folder: Path) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+_SLOW = {"04_many_flights"}
+
+
+@pytest.mark.parametrize(
+    "example",
+    [pytest.param(e, marks=[pytest.mark.slow] * (e.stem in _SLOW), id=e.stem) for e in EXAMPLES],
+)
 def test_example_runs(example: Path, tmp_path: Path) -> None:
     assert run(example, tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -155,9 +155,11 @@ def test_a_picture_is_of_the_moment_asked_for_or_of_the_middle() -> None:
 
 def test_others_are_warned_of(capsys: pytest.CaptureFixture[str]) -> None:
     server = SimpleNamespace(get_port=lambda: 4321, guard=SimpleNamespace(token="secret"))
-    for host, warned in (("127.0.0.1", False), ("192.0.2.1", True), ("127.evil.example", True)):
+    hosts = {"127.0.0.1": False, "192.0.2.1": True, "127.evil.example": True, "0.0.0.0": True}
+    for host, warned in hosts.items():
         options = argparse.Namespace(host=host, no_browser=True)
         announce(server, options, "Ctrl-C ends it")
         said = capsys.readouterr().err
         assert ("can see and steer the page" in said) == warned
-        assert f"http://{host}:4321/secret/ " in said
+        shown = "127.0.0.1" if host == "0.0.0.0" else host  # every address is this machine's, too
+        assert f"http://{shown}:4321/secret/ " in said

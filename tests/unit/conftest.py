@@ -1,8 +1,8 @@
-"""Runs for the tests of runs."""
+"""Runs for the tests of runs, and a server for the tests of pages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -59,3 +59,21 @@ def file(tmp_path: Path) -> Path:
     path = tmp_path / "run.nc"
     build_random_run().save(path)
     return path
+
+
+@pytest.fixture(scope="module")
+def own_server() -> Iterator[Any]:
+    """A server of pages for the tests of one file."""
+    from omnimorph.viewer.server import new_server, stop
+
+    started = new_server()
+    yield started
+    stop(started)
+
+
+@pytest.fixture
+def server(own_server: Any) -> Any:
+    """Return the server with an empty page."""
+    own_server.gui.reset()
+    own_server.scene.reset()
+    return own_server

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,25 +24,9 @@ from omnimorph.viewer.explorer_page import ExplorerPage, _size_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import FlightPage, numbers_of
 from omnimorph.viewer.frames import Flight
-from omnimorph.viewer.server import new_server, stop
 from omnimorph.viewer.tables import number_table, shown_number
 
 TILT, QUADROTOR = np.radians([40.0]), om.load_vehicle("quadrotor")
-
-
-@pytest.fixture(scope="module")
-def own_server() -> Iterator[Any]:
-    started = new_server()
-    yield started
-    stop(started)
-
-
-@pytest.fixture
-def server(own_server: Any) -> Any:
-    """Return the server with an empty page."""
-    own_server.gui.reset()
-    own_server.scene.reset()
-    return own_server
 
 
 def controls_of(server: Any) -> dict[str, Any]:

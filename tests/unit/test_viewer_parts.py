@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -22,27 +21,11 @@ from omnimorph.viewer.design_scene import DesignScene
 from omnimorph.viewer.explorer_page import _class_rows, _legend
 from omnimorph.viewer.flight_page import FlightPage
 from omnimorph.viewer.frames import Flight, blade_turns, can_be_shown
-from omnimorph.viewer.server import new_server, stop
 from omnimorph.viewer.stage import Actor, camera_for, set_stage
 from omnimorph.viewer.vehicle_solid import reach_of
 
 ROW, TILT = 11, np.radians([40.0])
 QUADROTOR = om.load_vehicle("quadrotor")
-
-
-@pytest.fixture(scope="module")
-def own_server() -> Iterator[Any]:
-    started = new_server()
-    yield started
-    stop(started)
-
-
-@pytest.fixture
-def server(own_server: Any) -> Any:
-    """Return the server with an empty page."""
-    own_server.gui.reset()
-    own_server.scene.reset()
-    return own_server
 
 
 def node(server: Any, name: str) -> Any:

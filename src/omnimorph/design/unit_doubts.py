@@ -246,7 +246,7 @@ def _of_torques(vehicle: Vehicle, said: str) -> Iterator[UnitDoubt]:
 
 def _of_inertia(vehicle: Vehicle) -> Iterator[UnitDoubt]:
     if largest_radius(vehicle) is None:
-        return  # nothing tells its size
+        return  # its size is not known
     share = _gyration_over_reach(vehicle)
     likely = [u for u, s in _INERTIAS.items() if _within(share * math.sqrt(s), _GYRATION[1])]
     if likely and not _within(share, _GYRATION[0]):

@@ -113,8 +113,8 @@ class LivePage:
     def _end_by_fault(self, error: Exception) -> None:
         with self.pilot.lock:
             if not self.is_over:
-                told = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
-                self.flight.note("fault", error=told)
+                fault = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
+                self.flight.note("fault", error=fault)
                 self._is_faulty = True
 
     def show(self) -> None:

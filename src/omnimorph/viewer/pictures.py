@@ -276,6 +276,6 @@ def _write_with_ffmpeg(
                 raise
         _, complaint = encoder.communicate()
     if encoder.returncode != 0:
-        told = complaint.decode(errors="replace").strip().splitlines()
-        reason = told[-1] if told else "it gave no reason"
+        lines = complaint.decode(errors="replace").strip().splitlines()
+        reason = lines[-1] if lines else "it gave no reason"
         raise InputError(f"ffmpeg could not write the video: {reason}.")

@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "omnimorph/rollout.hpp"
+#include "omnimorph/flight/flight.hpp"
 
 namespace omnimorph::python {
 

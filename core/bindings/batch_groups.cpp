@@ -3,7 +3,7 @@
 
 namespace omnimorph::python::OMNIMORPH_SIMD {
 
-template <> Crew::FlyGroup group_flyer<OMNIMORPH_ROTORS>(const BatchParts& parts, bool single_precision) {
+template <> ThreadPool::FlyGroup group_flyer<OMNIMORPH_ROTORS>(const BatchParts& parts, bool single_precision) {
     constexpr int N = OMNIMORPH_ROTORS;
     if (single_precision)
         return [&parts](long first, const std::atomic<bool>& stop) { batch::fly_group<Pack<float, lanes<float>>, N>(parts, first, stop); };

@@ -2,7 +2,7 @@
 // and all of them once for each instruction set (OMNIMORPH_SIMD names it), in a module of its own.
 #pragma once
 
-#include "omnimorph/batch.hpp"
+#include "omnimorph/flight/batch.hpp"
 
 namespace omnimorph::python::OMNIMORPH_SIMD {
 
@@ -10,6 +10,6 @@ inline constexpr int register_bytes = OMNIMORPH_REGISTER_BYTES;
 template <class S> inline constexpr int lanes = register_bytes / static_cast<int>(sizeof(S));
 
 /// What flies a group of `parts`, in single or double precision; `parts` must outlive it.
-template <int N> Crew::FlyGroup group_flyer(const BatchParts& parts, bool single_precision);
+template <int N> ThreadPool::FlyGroup group_flyer(const BatchParts& parts, bool single_precision);
 
 }  // namespace omnimorph::python::OMNIMORPH_SIMD

@@ -13,7 +13,7 @@ namespace omnimorph::python::OMNIMORPH_SIMD {
 
 namespace {
 
-template <int N> Crew::FlyGroup flyer(const BatchParts& parts, bool single_precision) { return group_flyer<N>(parts, single_precision); }
+template <int N> ThreadPool::FlyGroup flyer(const BatchParts& parts, bool single_precision) { return group_flyer<N>(parts, single_precision); }
 
 /// Flights under way, or over: their parts, what came of them, and the threads that fly them.
 class Batch {
@@ -40,10 +40,10 @@ class Batch {
             parts_->recorded.push_back({flight, columns_[flight]->record()});
         }
         const auto fly_group = with_rotors(n, [&](auto rotors) { return group_flyer<rotors>(*parts_, single_precision); });
-        crew_ = std::make_unique<Crew>(threads, flights, single_precision ? lanes<float> : lanes<double>, fly_group);
+        crew_ = std::make_unique<ThreadPool>(threads, flights, single_precision ? lanes<float> : lanes<double>, fly_group);
     }
 
-    Crew& crew() { return *crew_; }
+    ThreadPool& threads() { return *crew_; }
 
     /// One row of sums a flight.
     Numbers sums() const { return new_array(&sums_.front().rows, {sums_.size(), flight_sums}); }
@@ -80,7 +80,7 @@ class Batch {
     std::vector<FlightStatus> status_;
     std::vector<long> last_step_;
     std::unique_ptr<BatchParts> parts_;
-    std::unique_ptr<Crew> crew_;  // the last: its threads end before what they read and write does
+    std::unique_ptr<ThreadPool> crew_;  // the last: its threads end before what they read and write does
 };
 
 }  // namespace
@@ -91,10 +91,10 @@ void bind_batch(nb::module_& m) {
     nb::class_<Batch>(m, "Batch")
         .def("wait", [](Batch& b, double seconds) {
             const nb::gil_scoped_release others_go_on;
-            return b.crew().wait(seconds);
+            return b.threads().wait(seconds);
         }, "seconds"_a)
-        .def("stop", [](Batch& b) { b.crew().stop(); })
-        .def_prop_ro("done", [](Batch& b) { return b.crew().done(); })
+        .def("stop", [](Batch& b) { b.threads().stop(); })
+        .def_prop_ro("done", [](Batch& b) { return b.threads().done(); })
         .def("sums", &Batch::sums)
         .def("status", [](const Batch& b) {
             nb::list all;

@@ -3,9 +3,9 @@
 #include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
-#include "omnimorph/facets.hpp"
-#include "omnimorph/least_effort.hpp"
-#include "omnimorph/zonotope.hpp"
+#include "omnimorph/sets/facets.hpp"
+#include "omnimorph/sets/least_effort.hpp"
+#include "omnimorph/sets/zonotope.hpp"
 
 namespace omnimorph::python {
 

@@ -4,8 +4,8 @@
 #include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
-#include "omnimorph/interference.hpp"
-#include "omnimorph/random.hpp"
+#include "omnimorph/model/interference.hpp"
+#include "omnimorph/math/random.hpp"
 
 namespace omnimorph::python {
 
@@ -138,7 +138,7 @@ void bind_model(nb::module_& m) {
     m.def("philox", [](std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) { return philox(counter, key); }, "counter"_a, "key"_a);
     m.def("rotation_exponential", [](const Array& phi) {
         expect_size(phi, 3, "phi");
-        return new_array(exponential(vector_from<3>(phi.data())).a[0], {3, 3});
+        return new_array(exp_so3(vector_from<3>(phi.data())).a[0], {3, 3});
     }, "phi"_a);
 }
 

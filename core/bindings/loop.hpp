@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "omnimorph/rollout.hpp"
+#include "omnimorph/flight/flight.hpp"
 
 namespace omnimorph::python {
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "omnimorph/batch.hpp"
+#include "omnimorph/flight/batch.hpp"
 #include "paper.hpp"
 
 using namespace omnimorph;
@@ -45,7 +45,7 @@ void draw(Flown& flown) {
         for (std::uint32_t r = 0; r < 3; ++r) flown.centre_of_mass.push_back(1e-3 * number(30 + r));
         Motion<double> start = paper::start();
         start.p[0] += 0.01 * number(40);
-        start.R = exponential(Vec3<double>{{0.05 * number(41), 0.05 * number(42), 0.05 * number(43)}});
+        start.R = exp_so3(Vec3<double>{{0.05 * number(41), 0.05 * number(42), 0.05 * number(43)}});
         flown.start.push_back(start);
     }
 }
@@ -82,7 +82,7 @@ template <class T> Flown fly(int threads) {
     draw(flown);
     const Reference reference = paper::flight();
     const BatchParts parts = parts_of(flown, reference);
-    Crew crew(threads, flights, lane_count<T>,
+    ThreadPool threads(threads, flights, lane_count<T>,
               [&](long first, const std::atomic<bool>& stop) { batch::fly_group<T, rotors>(parts, first, stop); });
     while (!crew.wait(0.01)) {
     }
@@ -104,7 +104,7 @@ bool stops() {
     draw(flown);
     const Reference reference = paper::flight();
     const BatchParts parts = parts_of(flown, reference);
-    Crew crew(2, flights, 4, [&](long first, const std::atomic<bool>& stop) { batch::fly_group<Pack<double, 4>, rotors>(parts, first, stop); });
+    ThreadPool threads(2, flights, 4, [&](long first, const std::atomic<bool>& stop) { batch::fly_group<Pack<double, 4>, rotors>(parts, first, stop); });
     crew.stop();
     while (!crew.wait(0.01)) {
     }

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "omnimorph/interference.hpp"
+#include "omnimorph/model/interference.hpp"
 
 using namespace omnimorph;
 

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "omnimorph/controller.hpp"
-#include "omnimorph/random.hpp"
-#include "omnimorph/so3.hpp"
+#include "omnimorph/control/controller.hpp"
+#include "omnimorph/math/random.hpp"
+#include "omnimorph/math/so3.hpp"
 
 using namespace omnimorph;
 
@@ -67,7 +67,7 @@ template <int N> Situation<double, N> situation(const Vehicle<double, N>& v, std
     const auto normal = [&] { return standard_normal_pair({11, 0}, k, pair++)[0]; };
     const auto three = [&](double size) { return Vec3<double>{{size * normal(), size * normal(), size * normal()}}; };
     Situation<double, N> s{};
-    s.state = {three(0), three(0), exponential(three(1.5)), three(1)};
+    s.state = {three(0), three(0), exp_so3(three(1.5)), three(1)};
     for (int r = 0; r < 6; ++r) s.acceleration[r] = (r < 3 ? 2 : 5) * normal();
     for (int i = 0; i < N; ++i) s.before.thrust[i] = clamp(3 + 2 * normal(), v.thrust_min(i), v.thrust_max(i));
     for (int j = 0; j < servos; ++j) s.before.tilt[j] = clamp(0.5 * normal(), v.angle_min[j], v.angle_max[j]);

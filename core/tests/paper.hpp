@@ -1,7 +1,7 @@
 // The paper's vehicle, its two cases and the 45 s flight, written out in C++ (the TOML files of the package say the same).
 #pragma once
 
-#include "omnimorph/rollout.hpp"
+#include "omnimorph/flight/flight.hpp"
 
 namespace paper {
 
@@ -93,7 +93,7 @@ inline Reference flight() {
         reference.segments.push_back({time, leg.duration, p, leg.move, R, roll_axis, leg.roll});
         time += leg.duration;
         p = p + leg.move;
-        R = exponential(leg.roll * roll_axis) * R;
+        R = exp_so3(leg.roll * roll_axis) * R;
     }
     return reference;
 }

@@ -17,7 +17,8 @@ AnyVehicle make_vehicle(double mass, const Array& inertia, const Array& position
                         const Array& angle_min, const Array& angle_max, const Array& rate_max) {
     const int n = static_cast<int>(spin.size()), m = static_cast<int>(angle_min.size());
     if (n < 1 || n > most_rotors || m > most_servos) throw nb::value_error("a vehicle has 1 to 18 rotors and 0 to 18 servos");
-    AnyVehicle v(n);
+    AnyVehicle v{};
+    v.n_rotors = Count<0>(n);
     v.n_servos = m;
     v.mass = mass;
     expect_size(inertia, 9, "inertia");

@@ -16,7 +16,7 @@ AnyAllocation uncounted(const Allocation<double, N>& a, int n) {
 class CountedController final : public AnyController {
   public:
     CountedController(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start)
-        : controller_(Vehicle<double, N>(vehicle), {settings, vehicle.n_rotors, vehicle.n_servos}, counted(start, vehicle.n_rotors)) {
+        : controller_(convert<Vehicle<double, N>>(vehicle), {settings, vehicle.n_rotors, vehicle.n_servos}, counted(start, vehicle.n_rotors)) {
         n_rotors = vehicle.n_rotors;
         n_servos = vehicle.n_servos;
     }
@@ -42,8 +42,8 @@ class CountedController final : public AnyController {
 class CountedFlight final : public AnyFlight {
   public:
     explicit CountedFlight(const FlightParts& parts)
-        : model_(parts.model),
-          flight_(PlantSettings<double, N>(parts.plant), Vehicle<double, N>(parts.model),
+        : model_(convert<Vehicle<double, N>>(parts.model)),
+          flight_(PlantSettings<double, N>(parts.plant), model_,
                   ControllerSettings<double, N>(parts.controller, parts.model.n_rotors, parts.model.n_servos), *parts.reference, parts.start,
                   counted(parts.command, parts.model.n_rotors), parts.settings, {parts.record}) {
         n_rotors = parts.model.n_rotors;
@@ -94,7 +94,7 @@ template <>
 std::vector<double> cost_over_tilt<N>(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
                                       const double* tilt, std::size_t tilts) {
     const int n = vehicle.n_rotors;
-    const Allocator<double, N> allocator(Vehicle<double, N>(vehicle),
+    const Allocator<double, N> allocator(convert<Vehicle<double, N>>(vehicle),
                                          {cast<double, N>(weights.input, n), cast<double, N>(weights.input_change, n), weights.acceleration});
     std::vector<double> cost(steps.size() * tilts);
     Allocation<double, N> previous{};  // the search for the active bounds begins with none

@@ -61,7 +61,7 @@ BatchParts parts_of(Flown& flown, const Reference& reference) {
     by.wrench = flown.wrench.data();
     by.centre_of_mass = flown.centre_of_mass.data();
     BatchParts parts{PlantSettings<double, 0>(worn_plant(vehicle)),
-                     Vehicle<double, 0>(vehicle),
+                     convert<Vehicle<double, 0>>(vehicle),
                      ControllerSettings<double, 0>(paper::case_b(vehicle, every * paper::step), rotors, 1),
                      &reference,
                      {cast<double, 0>(hover.thrust, rotors), hover.tilt},

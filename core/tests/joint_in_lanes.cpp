@@ -75,7 +75,7 @@ template <int N> Situation<double, N> situation(const Vehicle<double, N>& v, std
 }
 
 template <class T, int M, int N> Allocation<T, M> answer(const Vehicle<double, N>& v, const Situation<T, M>& s) {
-    Controller<T, M> controller(Vehicle<T, M>(v), {settings_for(v), N, servos}, s.before);
+    Controller<T, M> controller(convert<Vehicle<T, M>>(v), {settings_for(v), N, servos}, s.before);
     return controller.allocate(s.state, s.acceleration);
 }
 

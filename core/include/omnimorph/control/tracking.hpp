@@ -9,6 +9,17 @@ namespace omnimorph {
 template <class T> struct TrackingGains {
     Vec3<T> velocity, position;  // K_p1 in 1/s, K_p2 in 1/s²
     Vec3<T> rate, attitude;      // K_w1 in 1/s, K_w2 in 1/s²
+
+    static constexpr auto fields() {
+        using G = TrackingGains;
+        return std::make_tuple(field("velocity", &G::velocity), field("position", &G::position), field("rate", &G::rate),
+                               field("attitude", &G::attitude));
+    }
+};
+
+/// What is asked of allocation: accelerations, d²p/dt² in W and dw/dt in B.
+template <class T> struct Demand {
+    Vec6<T> acceleration;
 };
 
 template <class T> OMNIMORPH_FN Vec3<T> times_each(const Vec3<T>& x, const Vec3<T>& y) {

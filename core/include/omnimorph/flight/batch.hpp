@@ -119,7 +119,7 @@ template <class T, int N> void fly_group(const BatchParts& parts, long first, co
     }
     FlightSettings settings = parts.settings;
     settings.noise.flight += static_cast<std::uint32_t>(first);
-    const Vehicle<T, N> model(parts.model);
+    const auto model = convert<Vehicle<T, N>>(parts.model);
     const Command<T, N> command{cast<T, N>(parts.command.thrust, n), cast<T>(parts.command.tilt, m)};
     const auto flight = std::make_unique<Flight<T, N>>(plant, model, ControllerSettings<T, N>(parts.controller, n, m), *parts.reference, start, command,
                                                        settings, records);

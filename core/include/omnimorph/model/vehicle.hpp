@@ -2,6 +2,7 @@
 // Lags, dead bands and the like are no part of it: they are effects that the plant may have (effects/).
 #pragma once
 
+#include "../math/fields.hpp"
 #include "../math/matrix.hpp"
 
 namespace omnimorph {
@@ -12,12 +13,14 @@ inline constexpr int most_servos = 18;
 
 /// The number of rotors: a constant of the type (N > 0), or counted at run time (N = 0).
 template <int N> struct Count {
-    explicit Count(int = N) {}
+    Count() = default;
+    explicit Count(int) {}
     constexpr operator int() const { return N; }
 };
 template <> struct Count<0> {
     int value = 0;
-    explicit Count(int n = 0) : value(n) {}
+    Count() = default;
+    explicit Count(int n) : value(n) {}
     operator int() const { return value; }
 };
 
@@ -57,44 +60,35 @@ template <class T, int N> struct Vehicle {
     T mass;
     Mat3<T> inertia, inertia_inverse;
 
-    PerRotor<Vec3<T>, N> position;                        // p_i, m
-    PerRotor<Vec3<T>, N> axis, axis_cosine, axis_sine;    // z_i(alpha) = z0 + zC cos alpha + zS sin alpha
-    PerRotor<int, N> servo;                               // its servo; 0 for a rotor that does not tilt (zC = zS = 0)
-    PerRotor<T, N> spin;                                  // k_i, +1 counter-clockwise
-    PerRotor<T, N> thrust_coefficient;                    // c_f, N s²/rad²
-    PerRotor<T, N> drag_coefficient;                      // c_tau, N m s²/rad²
-    PerRotor<T, N> speed_min, speed_max;                  // rad/s, negative where it can turn the other way
-    PerRotor<T, N> spin_inertia;                          // kg m²
+    PerRotor<Vec3<T>, N> position;                      // p_i, m
+    PerRotor<Vec3<T>, N> axis, axis_cosine, axis_sine;  // z_i(alpha) = z0 + zC cos alpha + zS sin alpha
+    PerRotor<int, N> servo;                             // its servo; 0 for a rotor that does not tilt (zC = zS = 0)
+    PerRotor<T, N> spin;                                // k_i, +1 counter-clockwise
+    PerRotor<T, N> thrust_coefficient;                  // c_f, N s²/rad²
+    PerRotor<T, N> drag_coefficient;                    // c_tau, N m s²/rad²
+    PerRotor<T, N> speed_min, speed_max;                // rad/s, negative where it can turn the other way
+    PerRotor<T, N> spin_inertia;                        // kg m²
 
     PerServo<T> angle_min, angle_max, rate_max;  // rad, rad/s
 
-    explicit Vehicle(int n = N) : n_rotors(n) {}
-
-    /// The same vehicle for another number type or rotor count.
-    template <class S, int M> explicit Vehicle(const Vehicle<S, M>& other) : n_rotors(other.n_rotors), n_servos(other.n_servos) {
-        const int n = n_rotors, m = n_servos;
-        mass = T(other.mass);
-        inertia = cast<T>(other.inertia);
-        inertia_inverse = cast<T>(other.inertia_inverse);
-        position = cast<T, N>(other.position, n);
-        axis = cast<T, N>(other.axis, n);
-        axis_cosine = cast<T, N>(other.axis_cosine, n);
-        axis_sine = cast<T, N>(other.axis_sine, n);
-        servo = cast<int, N>(other.servo, n);
-        spin = cast<T, N>(other.spin, n);
-        thrust_coefficient = cast<T, N>(other.thrust_coefficient, n);
-        drag_coefficient = cast<T, N>(other.drag_coefficient, n);
-        speed_min = cast<T, N>(other.speed_min, n);
-        speed_max = cast<T, N>(other.speed_max, n);
-        spin_inertia = cast<T, N>(other.spin_inertia, n);
-        angle_min = cast<T>(other.angle_min, m);
-        angle_max = cast<T>(other.angle_max, m);
-        rate_max = cast<T>(other.rate_max, m);
+    static constexpr auto fields() {
+        using V = Vehicle;
+        return std::make_tuple(derived("n_rotors", &V::n_rotors), derived("n_servos", &V::n_servos), field("mass", &V::mass),
+                               field("inertia", &V::inertia), derived("inertia_inverse", &V::inertia_inverse),
+                               field("position", &V::position), field("axis", &V::axis), field("axis_cosine", &V::axis_cosine),
+                               field("axis_sine", &V::axis_sine), field("servo", &V::servo), field("spin", &V::spin),
+                               field("thrust_coefficient", &V::thrust_coefficient), field("drag_coefficient", &V::drag_coefficient),
+                               field("speed_min", &V::speed_min), field("speed_max", &V::speed_max),
+                               field("spin_inertia", &V::spin_inertia), field("angle_min", &V::angle_min),
+                               field("angle_max", &V::angle_max), field("rate_max", &V::rate_max));
     }
 
     T thrust_min(int i) const { return thrust_coefficient[i] * speed_min[i] * abs(speed_min[i]); }
     T thrust_max(int i) const { return thrust_coefficient[i] * speed_max[i] * abs(speed_max[i]); }
     T kappa(int i) const { return drag_coefficient[i] / thrust_coefficient[i]; }  // m
 };
+
+/// Set what follows from the other fields.
+template <class T, int N> OMNIMORPH_FN void derive(Vehicle<T, N>& vehicle) { vehicle.inertia_inverse = inverse(vehicle.inertia); }
 
 }  // namespace omnimorph

@@ -37,11 +37,11 @@ template <class T, int N> struct PlantSettings {
     ServoRateLimit<T> servo_rate_limit;
     MeasurementNoise<T> measurement_noise;
     Disturbance<T> disturbance;
-    explicit PlantSettings(int n = N) : vehicle(n) {}
+    explicit PlantSettings(int n = N) : vehicle{} { vehicle.n_rotors = Count<N>(n); }
 
     /// The same plant for another number type or rotor count.
     template <class S, int M> explicit PlantSettings(const PlantSettings<S, M>& other)
-        : vehicle(other.vehicle),
+        : vehicle(convert<Vehicle<T, N>>(other.vehicle)),
           command_coefficient(cast<T, N>(other.command_coefficient, other.vehicle.n_rotors)),
           effectiveness(cast<T, N>(other.effectiveness, other.vehicle.n_rotors)),
           step(other.step),

@@ -1,13 +1,13 @@
 // The controller, and the flight: all in the core, or one control step or physics step at a time.
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include <memory>
-#include <optional>
 #include <stdexcept>
 
 #include "bind.hpp"
+#include "bound_reference.hpp"
+#include "bound_settings.hpp"
 #include "flight_arrays.hpp"
 #include "rotor_counts.hpp"
 
@@ -15,25 +15,13 @@ namespace omnimorph::python {
 
 namespace {
 
-using Settings = ControllerSettings<double, 0>;
-
-Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
-                                  const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, const Array& tilt_change,
-                                  int candidates, double tilt_change_weight, std::optional<double> lateral_force, double control_period) {
-    for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
-    expect_size(acceleration, 6, "acceleration");
-    const bool searches = rule == AllocationRule::best_in_window || rule == AllocationRule::towards_best_in_range;
-    if (searches && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
-    if (searches && (candidates < 3 || candidates % 2 == 0)) throw nb::value_error("candidates are odd and three or more");
-    Settings s;
-    s.gains = {vector_from<3>(velocity.data()), vector_from<3>(position.data()), vector_from<3>(rate.data()), vector_from<3>(attitude.data())};
-    s.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
-                 vector_from<6>(acceleration.data()), tilt_change_weight};
-    s.rule = rule;
-    s.tilt_change = per_servo_from(tilt_change, vehicle.n_servos, "tilt_change");
-    s.candidates = candidates;
-    if (lateral_force) s.position_first = PositionFirst<double>(*lateral_force, vehicle.mass, control_period);
-    return s;
+/// From a dict of every field; the model is a vehicle that was made before.
+void make_controller_settings(AnyControllerSettings* self, const nb::dict& fields) {
+    new (self) AnyControllerSettings{};
+    const auto& model = nb::cast<const AnyVehicle&>(fields["model"]);
+    Tables none;
+    RecordReader(model.n_rotors, model.n_servos, none).read(*self, fields, "controller");
+    derive(*self);
 }
 
 /// An allocation as Python sees it; it knows how many rotors and servos it speaks of.
@@ -50,8 +38,8 @@ struct BoundController {
 
 /// A flight in the same way, with what it reads and writes; in one thread at a time.
 struct BoundFlight {
-    nb::object reference;
-    std::shared_ptr<Columns> columns;  // none, if it is not recorded
+    nb::object settings, reference;
+    std::shared_ptr<RunColumns> columns;  // none, if it is not recorded
     std::unique_ptr<AnyFlight> flight;
     bool is_away = false;  // flown while other threads of Python go on
     AnyFlight* operator->() const {
@@ -75,20 +63,21 @@ std::tuple<Numbers, Numbers> replayed(const BoundController& controller, const A
     const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller->n_rotors), m = static_cast<std::size_t>(controller->n_servos);
     expect_size(states, K * state_width, "states");
     expect_size(desired, K * desired_width, "desired");
-    std::vector<Motion<double>> measured;
-    std::vector<Desired<double>> wished;
+    std::vector<Motion<double>> estimates;
+    std::vector<Desired<double>> desired_motions;
     for (std::size_t k = 0; k < K; ++k) {
-        measured.push_back(motion_from(states.data() + k * state_width));
-        wished.push_back(desired_from(desired.data() + k * desired_width));
+        estimates.push_back(motion_from(states.data() + k * state_width));
+        desired_motions.push_back(desired_from(desired.data() + k * desired_width));
     }
     std::vector<double> thrust(K * n), tilt(K * m);
-    controller->replay(K, measured.data(), wished.data(), thrust.data(), tilt.data());
+    controller->replay(K, estimates.data(), desired_motions.data(), thrust.data(), tilt.data());
     return {new_array(thrust.data(), {K, n}), new_array(tilt.data(), {K, m})};
 }
 
 /// Costs (S, K) of S control steps at K tilts each.
-Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, const Array& states, const Array& accelerations, const Array& previous_thrusts,
+Numbers costs_over_tilt(const AnyControllerSettings& settings, const Array& states, const Array& accelerations, const Array& previous_thrusts,
                         const Array& tilts) {
+    const AnyVehicle& vehicle = settings.model;
     if (tilts.ndim() != 2 || vehicle.n_servos != 1) throw nb::value_error("cost_over_tilt takes rows of tilts of a single servo");
     const std::size_t S = tilts.shape(0), K = tilts.shape(1), n = static_cast<std::size_t>(int(vehicle.n_rotors));
     expect_size(states, S * state_width, "states");
@@ -99,37 +88,42 @@ Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, con
         steps[k] = {motion_from(states.data() + k * state_width), vector_from<6>(accelerations.data() + k * 6), {}};
         for (std::size_t i = 0; i < n; ++i) steps[k].previous_thrust[int(i)] = previous_thrusts.data()[k * n + i];
     }
-    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(vehicle, settings.weights, steps, tilts.data(), K); });
+    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(settings, steps, tilts.data(), K); });
     return new_array(costs.data(), {S, K});
 }
 
-BoundController new_controller(const AnyVehicle& vehicle, const Settings& settings, const Array& thrust, const Array& tilt) {
-    const AnyCommand start = command_from(thrust, tilt, vehicle.n_rotors, vehicle.n_servos);
-    return {with_rotors(vehicle.n_rotors, [&](auto rotors) { return make_controller<rotors>(vehicle, settings, start); })};
+BoundController new_controller(const AnyControllerSettings& settings, const Array& thrust, const Array& tilt) {
+    const AnyCommand start = command_from(thrust, tilt, settings.model.n_rotors, settings.model.n_servos);
+    return {with_rotors(settings.model.n_rotors, [&](auto rotors) { return make_controller<rotors>(settings, start); })};
 }
 
-BoundFlight new_flight(const PlantSettings<double, 0>& plant, const AnyVehicle& model, const Settings& controller, const nb::object& reference,
-                       const Array& start, const Array& thrust, const Array& tilt, long steps, int control_every, double lost_beyond, std::uint64_t seed,
-                       std::uint32_t flight, bool is_recorded) {
-    const int n = model.n_rotors, m = model.n_servos;
-    expect_times(steps, control_every, is_recorded);
-    BoundFlight bound{reference, {}, {}};
-    if (is_recorded) bound.columns = std::make_shared<Columns>(static_cast<std::size_t>(steps + 1), n, m);
-    const FlightParts parts{plant, model, controller, nb::cast<const Reference*>(reference), motion_from(start), command_from(thrust, tilt, n, m),
-                            {steps, control_every, lost_beyond, {seed, flight}}, is_recorded ? bound.columns->record() : Record()};
-    bound.flight = with_rotors(n, [&](auto rotors) { return make_flight<rotors>(parts); });
+BoundFlight new_flight(const nb::object& settings, const nb::object& reference, long steps, double lost_beyond, std::uint64_t seed, std::uint32_t flight,
+                       bool is_recorded) {
+    const AnyLoopSettings& s = nb::cast<const BoundSettings&>(settings).settings;
+    const int n = s.controller.model.n_rotors, m = s.controller.model.n_servos;
+    if (n == 0) throw nb::value_error("a flight has a controller");
+    expect_times(steps, s.control_every, is_recorded);
+    BoundFlight bound{settings, reference, {}, {}};
+    if (is_recorded) bound.columns = std::make_shared<RunColumns>(static_cast<std::size_t>(steps + 1), n, m);
+    const Record record = is_recorded ? bound.columns->record() : Record();
+    const Reference followed = nb::cast<const BoundReference&>(reference).view();
+    bound.flight = with_rotors(n, [&](auto rotors) { return make_flight<rotors>(s, followed, {steps, lost_beyond, {seed, flight}}, record); });
     return bound;
 }
 
-void make_reference(Reference* self, const Array& segments, const Array& samples) {
-    new (self) Reference();
-    if (segments.size() % 21 != 0 || samples.size() % desired_width != 0 || segments.size() + samples.size() == 0)
-        throw nb::value_error("a reference has rows of 21 (segments) or 24 numbers (samples)");
-    for (std::size_t k = 0; k < segments.size(); k += 21) {
-        const double* row = segments.data() + k;
-        self->segments.push_back({row[0], row[1], vector_from<3>(row + 2), vector_from<3>(row + 5), matrix_from(row + 8), vector_from<3>(row + 17), row[20]});
+nb::bytes store(const BoundFlight& flight) {
+    const std::vector<unsigned char> bytes = flight->store();
+    return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+void restore(const BoundFlight& flight, const nb::bytes& state) {
+    const auto* first = reinterpret_cast<const unsigned char*>(state.c_str());
+    switch (flight->restore({first, first + state.size()})) {
+        case Stored::read: return;
+        case Stored::of_another_version: throw nb::value_error("it was stored by another version of omnimorph");
+        case Stored::of_another_flight: throw nb::value_error("it is of another flight: rotors, servos or delay differ");
+        case Stored::broken: throw nb::value_error("it is broken");
     }
-    self->samples.assign(samples.data(), samples.data() + samples.size());
 }
 
 /// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.
@@ -144,7 +138,7 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
         a.active[i] = f >= flight->thrust_max[i] ? 1.0 : (f <= flight->thrust_min[i] ? -1.0 : 0.0);
     }
     if (is_finite(sum)) {
-        flight->decide(a);
+        flight->command(a);
     } else {
         flight->refuse_command();
     }
@@ -155,15 +149,7 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
 
 void bind_loop(nb::module_& m) {
     using namespace nb::literals;
-    nb::enum_<AllocationRule>(m, "AllocationRule")
-        .value("FIXED_TILT", AllocationRule::fixed_tilt)
-        .value("BEST_IN_WINDOW", AllocationRule::best_in_window)
-        .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range)
-        .value("JOINTLY", AllocationRule::jointly);
-    nb::class_<Settings>(m, "ControllerSettings");
-    m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
-          "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a, "tilt_change_weight"_a, "lateral_force"_a.none(),
-          "control_period"_a);
+    nb::class_<AnyControllerSettings>(m, "ControllerSettings").def("__init__", &make_controller_settings, "fields"_a);
     nb::class_<AllocationView>(m, "Allocation")
         .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
         .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })
@@ -177,20 +163,20 @@ void bind_loop(nb::module_& m) {
         }, "state"_a, "desired"_a)
         .def("allocate", [](const BoundController& c, const Array& state, const Array& acceleration) {
             expect_size(acceleration, 6, "acceleration");
-            return AllocationView{c->allocate(motion_from(state), vector_from<6>(acceleration.data())), c->n_rotors, c->n_servos};
+            return AllocationView{c->allocate(motion_from(state), {vector_from<6>(acceleration.data())}), c->n_rotors, c->n_servos};
         }, "state"_a, "acceleration"_a)
         .def("replay", &replayed, "states"_a, "desired"_a);
-    m.def("new_controller", &new_controller, "vehicle"_a, "settings"_a, "thrust"_a, "tilt"_a);
-    m.def("cost_over_tilt", &costs_over_tilt, "vehicle"_a, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a, "tilts"_a);
-    m.def("reference_acceleration", [](const Settings& s, const Array& state, const Array& desired) {
-        return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.gains).a, {6});
+    m.def("new_controller", &new_controller, "settings"_a, "thrust"_a, "tilt"_a);
+    m.def("cost_over_tilt", &costs_over_tilt, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a, "tilts"_a);
+    m.def("reference_acceleration", [](const AnyControllerSettings& s, const Array& state, const Array& desired) {
+        return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.tracking.gains).a, {6});
     }, "settings"_a, "state"_a, "desired"_a);
     m.def("wrench_for", [](const AnyVehicle& v, const Array& state, const Array& acceleration) {
         expect_size(acceleration, 6, "acceleration");
         return new_array(wrench_for(v, motion_from(state), vector_from<6>(acceleration.data())).a, {6});
     }, "vehicle"_a, "state"_a, "acceleration"_a);
 
-    nb::class_<Reference>(m, "Reference").def("__init__", &make_reference, "segments"_a, "samples"_a);
+    nb::class_<BoundReference>(m, "Reference").def("__init__", &make_reference, "segments"_a, "samples"_a);
 
     nb::enum_<FlightStatus>(m, "FlightStatus")
         .value("FLYING", FlightStatus::flying)
@@ -201,28 +187,26 @@ void bind_loop(nb::module_& m) {
     nb::class_<BoundFlight>(m, "Flight")
         .def("advance", &advance, "most_steps"_a)
         .def("measure", [](const BoundFlight& f) { return as_array(f->measure()); })
-        .def("motion", [](const BoundFlight& f) { return as_array(f->motion()); })
+        .def("motion", [](const BoundFlight& f) { return as_array(f->state().plant.motion); })
         .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })
         .def("control", [](const BoundFlight& f, const Array& state, const Array& desired) {
             return AllocationView{f->control(motion_from(state), desired_from(desired)), f->n_rotors, f->n_servos};
         }, "state"_a, "desired"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
-        .def("change_controller", [](const BoundFlight& f, const Settings& settings) { f->change_controller(settings); }, "settings"_a)
+        .def("change_controller", [](const BoundFlight& f, const AnyControllerSettings& settings) { f->change_controller(settings); }, "settings"_a)
         .def("set_effectiveness", [](const BoundFlight& f, const Array& share) {
             f->set_effectiveness(per_rotor_from(share, f->n_rotors, "share"));
         }, "share"_a)
-        .def("integrate", [](const BoundFlight& f, int steps, const Array& pushed) {
-            expect_size(pushed, 6, "pushed");
-            f->integrate(steps, vector_from<6>(pushed.data()));
-        }, "steps"_a, "pushed"_a)
-        .def("speed", [](const BoundFlight& f) { return new_array(f->speed().a, {static_cast<std::size_t>(f->n_rotors)}); })
-        .def("tilt", [](const BoundFlight& f) { return new_array(f->tilt().a, {static_cast<std::size_t>(f->n_servos)}); })
-        .def("wrench_achieved", [](const BoundFlight& f) { return new_array(f->wrench_achieved().a, {6}); })
-        .def("columns", [](const BoundFlight& f) { return f.columns ? Columns::arrays(f.columns) : nb::dict(); })
+        .def("integrate", [](const BoundFlight& f, int steps, const Array& push) {
+            expect_size(push, 6, "push");
+            f->integrate(steps, vector_from<6>(push.data()));
+        }, "steps"_a, "push"_a)
+        .def("columns", [](const BoundFlight& f) { return f.columns ? RunColumns::arrays(f.columns) : nb::dict(); })
+        .def("store", &store)
+        .def("restore", &restore, "state"_a)
         .def_prop_ro("step", [](const BoundFlight& f) { return f->step(); })
         .def_prop_ro("status", [](const BoundFlight& f) { return f->status(); });
-    m.def("new_flight", &new_flight, nb::kw_only(), "plant"_a, "model"_a, "controller"_a, "reference"_a, "start"_a, "thrust"_a, "tilt"_a,
-          "steps"_a, "control_every"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "is_recorded"_a);
+    m.def("new_flight", &new_flight, nb::kw_only(), "settings"_a, "reference"_a, "steps"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "is_recorded"_a);
 }
 
 }  // namespace omnimorph::python

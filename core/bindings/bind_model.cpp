@@ -4,6 +4,7 @@
 #include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
+#include "records.hpp"
 #include "omnimorph/model/interference.hpp"
 #include "omnimorph/math/random.hpp"
 
@@ -11,38 +12,18 @@ namespace omnimorph::python {
 
 namespace {
 
-AnyVehicle make_vehicle(double mass, const Array& inertia, const Array& position, const Array& axis, const Array& axis_cosine, const Array& axis_sine,
-                        const nb::ndarray<const std::int64_t, nb::c_contig>& servo, const Array& spin, const Array& thrust_coefficient,
-                        const Array& drag_coefficient, const Array& speed_min, const Array& speed_max, const Array& spin_inertia,
-                        const Array& angle_min, const Array& angle_max, const Array& rate_max) {
-    const int n = static_cast<int>(spin.size()), m = static_cast<int>(angle_min.size());
+/// A vehicle of as many rotors as there are spins, and of as many servos as there are least angles.
+AnyVehicle make_vehicle(const nb::dict& fields) {
+    const int n = static_cast<int>(nb::cast<Array>(fields["spin"], false).size()), m = static_cast<int>(nb::cast<Array>(fields["angle_min"], false).size());
     if (n < 1 || n > most_rotors || m > most_servos) throw nb::value_error("a vehicle has 1 to 18 rotors and 0 to 18 servos");
     AnyVehicle v{};
     v.n_rotors = Count<0>(n);
     v.n_servos = m;
-    v.mass = mass;
-    expect_size(inertia, 9, "inertia");
-    v.inertia = matrix_from(inertia.data());
-    v.inertia_inverse = inverse(v.inertia);
-    v.position = vector_per_rotor_from(position, n, "position");
-    v.axis = vector_per_rotor_from(axis, n, "axis");
-    v.axis_cosine = vector_per_rotor_from(axis_cosine, n, "axis_cosine");
-    v.axis_sine = vector_per_rotor_from(axis_sine, n, "axis_sine");
-    if (static_cast<int>(servo.size()) != n) throw nb::value_error("servo has one number for each rotor");
-    for (int i = 0; i < n; ++i) {
-        const std::int64_t j = servo.data()[i];
-        if (j >= m) throw nb::value_error("a rotor names a servo that the vehicle does not have");
-        v.servo[i] = j < 0 ? 0 : static_cast<int>(j);
-    }
-    v.spin = per_rotor_from(spin, n, "spin");
-    v.thrust_coefficient = per_rotor_from(thrust_coefficient, n, "thrust_coefficient");
-    v.drag_coefficient = per_rotor_from(drag_coefficient, n, "drag_coefficient");
-    v.speed_min = per_rotor_from(speed_min, n, "speed_min");
-    v.speed_max = per_rotor_from(speed_max, n, "speed_max");
-    v.spin_inertia = per_rotor_from(spin_inertia, n, "spin_inertia");
-    v.angle_min = per_servo_from(angle_min, m, "angle_min");
-    v.angle_max = per_servo_from(angle_max, m, "angle_max");
-    v.rate_max = per_servo_from(rate_max, m, "rate_max");
+    Tables none;
+    RecordReader(n, m, none).read(v, fields, "vehicle");
+    for (int i = 0; i < n; ++i)
+        if (v.servo[i] < 0 || v.servo[i] >= std::max(m, 1)) throw nb::value_error("a rotor names a servo that the vehicle does not have");
+    derive(v);
     return v;
 }
 
@@ -128,8 +109,7 @@ Numbers measurement_normals(std::uint64_t seed, std::uint32_t flight, std::uint3
 void bind_model(nb::module_& m) {
     using namespace nb::literals;
     nb::class_<AnyVehicle>(m, "Vehicle");
-    m.def("make_vehicle", &make_vehicle, nb::kw_only(), "mass"_a, "inertia"_a, "position"_a, "axis"_a, "axis_cosine"_a, "axis_sine"_a, "servo"_a, "spin"_a,
-          "thrust_coefficient"_a, "drag_coefficient"_a, "speed_min"_a, "speed_max"_a, "spin_inertia"_a, "angle_min"_a, "angle_max"_a, "rate_max"_a);
+    m.def("make_vehicle", &make_vehicle, "fields"_a);
     m.def("allocation_matrix", &allocation_matrix, "vehicle"_a, "tilt"_a);
     m.def("tilt_derivative", &tilt_derivative, "vehicle"_a, "thrust"_a, "tilt"_a);
     m.def("stacked_pairs", &stacked_pairs, "vehicle"_a);

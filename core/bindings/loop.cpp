@@ -7,100 +7,145 @@ namespace {
 
 constexpr int N = OMNIMORPH_ROTORS;
 
-Command<double, N> counted(const AnyCommand& command, int n) { return {cast<double, N>(command.thrust, n), command.tilt}; }
-
-AnyAllocation uncounted(const Allocation<double, N>& a, int n) {
-    return {{cast<double, 0>(a.command.thrust, n), a.command.tilt}, cast<double, 0>(a.active, n), a.cost, a.kkt_residual, a.wrench_asked};
-}
+Command<double, N> counted(const AnyCommand& command) { return convert<Command<double, N>>(command); }
+AnyAllocation uncounted(const Allocation<double, N>& allocation) { return convert<AnyAllocation>(allocation); }
 
 class CountedController final : public AnyController {
   public:
-    CountedController(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start)
-        : controller_(convert<Vehicle<double, N>>(vehicle), {settings, vehicle.n_rotors, vehicle.n_servos}, counted(start, vehicle.n_rotors)) {
-        n_rotors = vehicle.n_rotors;
-        n_servos = vehicle.n_servos;
+    CountedController(const AnyControllerSettings& settings, const AnyCommand& start)
+        : settings_(convert<ControllerSettings<double, N>>(settings)), problem_(allocation_problem(settings_.model, settings_.allocation.weights)) {
+        n_rotors = settings.model.n_rotors;
+        n_servos = settings.model.n_servos;
+        last_.command = counted(start);
     }
-    AnyAllocation step(const Motion<double>& measured, const Desired<double>& desired) override {
-        return uncounted(controller_.step(measured, desired), n_rotors);
+    AnyAllocation step(const Motion<double>& estimate, const Desired<double>& desired) override { return uncounted(decided(estimate, desired)); }
+    AnyAllocation allocate(const Motion<double>& estimate, const Demand<double>& demand) override {
+        omnimorph::allocate(settings_.allocation, problem_, estimate, demand, last_, cache_);
+        return uncounted(last_);
     }
-    AnyAllocation allocate(const Motion<double>& measured, const Vec6<double>& acceleration) override {
-        return uncounted(controller_.allocate(measured, acceleration), n_rotors);
-    }
-
-    void replay(std::size_t steps, const Motion<double>* measured, const Desired<double>* desired, double* thrust, double* tilt) override {
+    void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired, double* thrust, double* tilt) override {
         for (std::size_t k = 0; k < steps; ++k) {
-            const Command<double, N>& command = controller_.step(measured[k], desired[k]).command;
+            const Command<double, N>& command = decided(estimates[k], desired[k]).command;
             for (int i = 0; i < n_rotors; ++i) *thrust++ = command.thrust[i];
             for (int j = 0; j < n_servos; ++j) *tilt++ = command.tilt[j];
         }
     }
 
   private:
-    Controller<double, N> controller_;
+    const Allocation<double, N>& decided(const Motion<double>& estimate, const Desired<double>& desired) {
+        const Demand<double> demand = track(settings_.tracking, estimate, desired, tracking_);
+        omnimorph::allocate(settings_.allocation, problem_, estimate, demand, last_, cache_);
+        return last_;
+    }
+
+    ControllerSettings<double, N> settings_;
+    AllocationProblem<double, N> problem_;
+    TrackingState<double> tracking_;
+    Allocation<double, N> last_{};
+    AllocationCache<double, N> cache_{};
+};
+
+class CountedPlant final : public AnyPlant {
+  public:
+    CountedPlant(const AnyLoopSettings& settings, NoiseKey noise) : plant_(convert<LoopSettings<double, N>>(settings), noise) {
+        n_rotors = settings.plant.vehicle.n_rotors;
+        n_servos = settings.plant.vehicle.n_servos;
+    }
+    Motion<double> measure() override { return plant_.measure(); }
+    void send(const AnyCommand& command) override { plant_.send(counted(command)); }
+    void advance(const Vec6<double>& push) override { plant_.advance(push); }
+    void advance_actuators() override { plant_.advance_actuators(); }
+    PlantState<double, 0> state() const override { return convert<PlantState<double, 0>>(plant_.state()); }
+    Vec6<double> hub_load(int rotor) const override { return omnimorph::hub_load(plant_.plant(), plant_.state().actuators, rotor); }
+    long step() const override { return plant_.step(); }
+
+  private:
+    SimulatedPlant<double, N> plant_;
 };
 
 class CountedFlight final : public AnyFlight {
   public:
-    explicit CountedFlight(const FlightParts& parts)
-        : model_(convert<Vehicle<double, N>>(parts.model)),
-          flight_(PlantSettings<double, N>(parts.plant), model_,
-                  ControllerSettings<double, N>(parts.controller, parts.model.n_rotors, parts.model.n_servos), *parts.reference, parts.start,
-                  counted(parts.command, parts.model.n_rotors), parts.settings, {parts.record}) {
-        n_rotors = parts.model.n_rotors;
-        n_servos = parts.model.n_servos;
+    CountedFlight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record)
+        : steps_(limits.steps), flight_(convert<LoopSettings<double, N>>(settings), reference, limits, {{record}}) {
+        const AnyVehicle& model = settings.controller.model;
+        n_rotors = model.n_rotors;
+        n_servos = model.n_servos;
         for (int i = 0; i < n_rotors; ++i) {
-            thrust_min[i] = parts.model.thrust_min(i);
-            thrust_max[i] = parts.model.thrust_max(i);
+            thrust_min[i] = model.thrust_min(i);
+            thrust_max[i] = model.thrust_max(i);
         }
     }
     void advance(long most_steps) override { flight_.advance(most_steps); }
     Motion<double> measure() override { return flight_.measure(); }
-    Motion<double> motion() const override { return flight_.plant.motion; }
     Desired<double> desired() const override { return flight_.desired(); }
-    AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) override {
-        return uncounted(flight_.control(measured, desired), n_rotors);
+    AnyAllocation control(const Motion<double>& estimate, const Desired<double>& desired) override {
+        return uncounted(flight_.control(estimate, desired));
     }
-    void decide(const AnyAllocation& a) override {
-        flight_.decide({counted(a.command, n_rotors), cast<double, N>(a.active, n_rotors), a.cost, a.kkt_residual, a.wrench_asked});
-    }
+    void command(const AnyAllocation& a) override { flight_.command(convert<Allocation<double, N>>(a)); }
     void refuse_command() override { flight_.refuse_command(); }
-    void change_controller(const ControllerSettings<double, 0>& settings) override {
-        flight_.change_controller(model_, {settings, n_rotors, n_servos});
+    void change_controller(const AnyControllerSettings& settings) override {
+        flight_.change_controller(convert<ControllerSettings<double, N>>(settings));
     }
-    void set_effectiveness(const PerRotor<double, 0>& share) override { flight_.plant.set_effectiveness(cast<double, N>(share, n_rotors)); }
-    void integrate(int steps, const Vec6<double>& pushed) override {
-        for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), pushed);
+    void set_effectiveness(const PerRotor<double, 0>& share) override { flight_.set_effectiveness(convert<PerRotor<double, N>>(share)); }
+    void integrate(int steps, const Vec6<double>& push) override {
+        for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), push);
     }
-    PerRotor<double, 0> speed() const override { return cast<double, 0>(flight_.plant.actuators.speed, n_rotors); }
-    PerServo<double> tilt() const override { return flight_.plant.actuators.tilt; }
-    Vec6<double> wrench_achieved() const override { return flight_.plant.wrench_achieved(); }
-    long step() const override { return flight_.step; }
+    FlightState<double, 0> state() const override { return convert<FlightState<double, 0>>(flight_.state()); }
+    long step() const override { return flight_.state().step; }
     FlightStatus status() const override { return flight_.status(); }
 
+    std::vector<unsigned char> store() const override {
+        if (flight_.delay_line() == nullptr) return omnimorph::store(header(), state(), nullptr);
+        const auto line = std::make_unique<DelayLine<double, 0>>(convert<DelayLine<double, 0>>(*flight_.delay_line()));
+        return omnimorph::store(header(), state(), line.get());
+    }
+    Stored restore(const std::vector<unsigned char>& bytes) override {
+        FlightState<double, 0> state{};
+        const auto line = std::make_unique<DelayLine<double, 0>>();
+        const bool has_line = flight_.delay_line() != nullptr;
+        const Stored outcome = read_state(bytes, header(), state, has_line ? line.get() : nullptr);
+        if (outcome != Stored::read) return outcome;
+        if (state.step > steps_) return Stored::broken;
+        const auto counted_line = std::make_unique<DelayLine<double, N>>(convert<DelayLine<double, N>>(*line));
+        flight_.restore(convert<FlightState<double, N>>(state), has_line ? counted_line.get() : nullptr);
+        return outcome;
+    }
+
   private:
-    Vehicle<double, N> model_;
+    StateHeader header() const {
+        StateHeader h;
+        h.n_rotors = n_rotors;
+        h.n_servos = n_servos;
+        h.has_delay_line = flight_.delay_line() != nullptr;
+        return h;
+    }
+
+    long steps_;
     Flight<double, N> flight_;
 };
 
 }  // namespace
 
-template <>
-std::unique_ptr<AnyController> make_controller<N>(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start) {
-    return std::make_unique<CountedController>(vehicle, settings, start);
+template <> std::unique_ptr<AnyController> make_controller<N>(const AnyControllerSettings& settings, const AnyCommand& start) {
+    return std::make_unique<CountedController>(settings, start);
 }
-template <> std::unique_ptr<AnyFlight> make_flight<N>(const FlightParts& parts) { return std::make_unique<CountedFlight>(parts); }
+template <> std::unique_ptr<AnyPlant> make_plant<N>(const AnyLoopSettings& settings, NoiseKey noise) {
+    return std::make_unique<CountedPlant>(settings, noise);
+}
+template <>
+std::unique_ptr<AnyFlight> make_flight<N>(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record) {
+    return std::make_unique<CountedFlight>(settings, reference, limits, record);
+}
 
 template <>
-std::vector<double> cost_over_tilt<N>(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
-                                      const double* tilt, std::size_t tilts) {
-    const int n = vehicle.n_rotors;
-    const Allocator<double, N> allocator(convert<Vehicle<double, N>>(vehicle),
-                                         {cast<double, N>(weights.input, n), cast<double, N>(weights.input_change, n), weights.acceleration});
+std::vector<double> cost_over_tilt<N>(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps, const double* tilt, std::size_t tilts) {
+    const auto counted_settings = convert<ControllerSettings<double, N>>(settings);
+    const auto problem = allocation_problem(counted_settings.model, counted_settings.allocation.weights);
     std::vector<double> cost(steps.size() * tilts);
     Allocation<double, N> previous{};  // the search for the active bounds begins with none
     for (std::size_t k = 0; k < steps.size(); ++k) {
-        previous.command.thrust = cast<double, N>(steps[k].previous_thrust, n);
-        allocator.cost_over_tilt(steps[k].state, steps[k].acceleration, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
+        previous.command.thrust = convert<PerRotor<double, N>>(steps[k].previous_thrust);
+        problem.cost_over_tilt(steps[k].state, steps[k].acceleration, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
     }
     return cost;
 }

@@ -1,24 +1,41 @@
-// The controller and the flight behind one face for every rotor count; each count is compiled in a file of its own.
+// The controller, the plant and the flight behind one face for every rotor count; each count is compiled in a file of its own.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include "omnimorph/flight/flight.hpp"
+#include "omnimorph/flight/simulated_plant.hpp"
+#include "omnimorph/flight/stored_state.hpp"
 
 namespace omnimorph::python {
 
 using AnyVehicle = Vehicle<double, 0>;
 using AnyAllocation = Allocation<double, 0>;
 using AnyCommand = Command<double, 0>;
+using AnyControllerSettings = ControllerSettings<double, 0>;
+using AnyLoopSettings = LoopSettings<double, 0>;
 
 class AnyController {
   public:
     virtual ~AnyController() = default;
-    virtual AnyAllocation step(const Motion<double>& measured, const Desired<double>& desired) = 0;
-    virtual AnyAllocation allocate(const Motion<double>& measured, const Vec6<double>& acceleration) = 0;
+    virtual AnyAllocation step(const Motion<double>& estimate, const Desired<double>& desired) = 0;
+    virtual AnyAllocation allocate(const Motion<double>& estimate, const Demand<double>& demand) = 0;
     /// One control step after the other: row k of thrust and tilt answers row k of the states and desired motions.
-    virtual void replay(std::size_t steps, const Motion<double>* measured, const Desired<double>* desired, double* thrust, double* tilt) = 0;
+    virtual void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired, double* thrust, double* tilt) = 0;
+    int n_rotors = 0, n_servos = 0;
+};
+
+class AnyPlant {
+  public:
+    virtual ~AnyPlant() = default;
+    virtual Motion<double> measure() = 0;
+    virtual void send(const AnyCommand& command) = 0;
+    virtual void advance(const Vec6<double>& push) = 0;
+    virtual void advance_actuators() = 0;
+    virtual PlantState<double, 0> state() const = 0;
+    virtual Vec6<double> hub_load(int rotor) const = 0;
+    virtual long step() const = 0;
     int n_rotors = 0, n_servos = 0;
 };
 
@@ -27,19 +44,18 @@ class AnyFlight {
     virtual ~AnyFlight() = default;
     virtual void advance(long most_steps) = 0;
     virtual Motion<double> measure() = 0;
-    virtual Motion<double> motion() const = 0;
     virtual Desired<double> desired() const = 0;
-    virtual AnyAllocation control(const Motion<double>& measured, const Desired<double>& desired) = 0;
-    virtual void decide(const AnyAllocation& allocation) = 0;
+    virtual AnyAllocation control(const Motion<double>& estimate, const Desired<double>& desired) = 0;
+    virtual void command(const AnyAllocation& allocation) = 0;
     virtual void refuse_command() = 0;
-    virtual void change_controller(const ControllerSettings<double, 0>& settings) = 0;
+    virtual void change_controller(const AnyControllerSettings& settings) = 0;
     virtual void set_effectiveness(const PerRotor<double, 0>& share) = 0;
-    virtual void integrate(int steps, const Vec6<double>& pushed) = 0;
-    virtual PerRotor<double, 0> speed() const = 0;
-    virtual PerServo<double> tilt() const = 0;
-    virtual Vec6<double> wrench_achieved() const = 0;
+    virtual void integrate(int steps, const Vec6<double>& push) = 0;
+    virtual FlightState<double, 0> state() const = 0;
     virtual long step() const = 0;
     virtual FlightStatus status() const = 0;
+    virtual std::vector<unsigned char> store() const = 0;
+    virtual Stored restore(const std::vector<unsigned char>& bytes) = 0;
     int n_rotors = 0, n_servos = 0;
     PerRotor<double, 0> thrust_min{}, thrust_max{};  // N, by the model
 };
@@ -51,24 +67,12 @@ struct ControlStep {
     PerRotor<double, 0> previous_thrust;
 };
 
-/// Everything a flight is made of. The reference and the recorded arrays must outlive the flight.
-struct FlightParts {
-    PlantSettings<double, 0> plant;
-    AnyVehicle model;
-    ControllerSettings<double, 0> controller;
-    const Reference* reference;
-    Motion<double> start;
-    AnyCommand command;
-    FlightSettings settings;
-    Record record;
-};
-
+template <int N> std::unique_ptr<AnyController> make_controller(const AnyControllerSettings& settings, const AnyCommand& start);
+template <int N> std::unique_ptr<AnyPlant> make_plant(const AnyLoopSettings& settings, NoiseKey noise);
 template <int N>
-std::unique_ptr<AnyController> make_controller(const AnyVehicle& vehicle, const ControllerSettings<double, 0>& settings, const AnyCommand& start);
-template <int N> std::unique_ptr<AnyFlight> make_flight(const FlightParts& parts);
+std::unique_ptr<AnyFlight> make_flight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record);
 /// Row k holds the costs of step k at its own `tilts` angles, row k of `tilt`; the vehicle has one servo.
 template <int N>
-std::vector<double> cost_over_tilt(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
-                                   const double* tilt, std::size_t tilts);
+std::vector<double> cost_over_tilt(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps, const double* tilt, std::size_t tilts);
 
 }  // namespace omnimorph::python

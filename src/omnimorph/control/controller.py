@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 __all__ = ["PoseController", "core_settings"]
 
-_SPANS: dict[Span, _core.AllocationRule] = {
-    "window": _core.AllocationRule.BEST_IN_WINDOW,
-    "range": _core.AllocationRule.TOWARDS_BEST_IN_RANGE,
+_SPANS: dict[Span, str] = {
+    "window": "window",
+    "range": "range",
 }
 
 
@@ -58,21 +58,28 @@ def core_settings(
     input_weight, change_weight = (rule.per_thrust(vehicle, name) for name in ("W1", "W3"))
     if not (input_weight + change_weight > 0).all():
         raise _refusal(rule, "W1", "positive, or W3 must be")
-    return _core.make_controller_settings(
-        as_core(vehicle),
-        velocity=gains.axes("velocity"),
-        position=gains.axes("position"),
-        rate=gains.axes("rate"),
-        attitude=gains.axes("attitude"),
-        input=input_weight,
-        input_change=change_weight,
-        acceleration=np.array([*rule.W2_position, *rule.W2_attitude]),
-        rule=core_rule,
-        tilt_change=vehicle.servo_rate_max * control_period,
-        candidates=candidates,
-        tilt_change_weight=rule.W4 if isinstance(rule, JointTilt) else 0.0,
-        lateral_force=None if lateral_force == np.inf else lateral_force,
-        control_period=control_period,
+    tracking: dict[str, object] = {
+        "gains": {name: gains.axes(name) for name in ("velocity", "position", "rate", "attitude")}
+    }
+    if lateral_force is not None and lateral_force != np.inf:
+        tracking["position-first"] = {"lateral_force": lateral_force}
+    return _core.ControllerSettings(
+        {
+            "model": as_core(vehicle),
+            "tracking": tracking,
+            "allocation": {
+                "weights": {
+                    "input": input_weight,
+                    "input_change": change_weight,
+                    "acceleration": np.array([*rule.W2_position, *rule.W2_attitude]),
+                    "tilt_change": rule.W4 if isinstance(rule, JointTilt) else 0.0,
+                },
+                "tilt_change": vehicle.servo_rate_max * control_period,
+                "rule": core_rule,
+                "candidates": candidates,
+            },
+            "period": control_period,
+        }
     )
 
 
@@ -89,15 +96,15 @@ def _refuse_unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> None:
     raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
 
 
-def _tilts_tried(rule: AllocationRule) -> tuple[_core.AllocationRule, int]:
+def _tilts_tried(rule: AllocationRule) -> tuple[str, int]:
     """Return the core's name of a rule and how many tilts it tries: the paper's are three."""
     if isinstance(rule, ThreeCandidates):
-        return _core.AllocationRule.BEST_IN_WINDOW, 3
+        return "window", 3
     if isinstance(rule, ExhaustiveTilt):
         return _SPANS[rule.span], rule.candidates
     if isinstance(rule, JointTilt):
-        return _core.AllocationRule.JOINTLY, 1
-    return _core.AllocationRule.FIXED_TILT, 1
+        return "joint", 1
+    return "fixed", 1
 
 
 def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:
@@ -154,7 +161,7 @@ class PoseController:
         tilt = as_tilt(vehicle, start_tilt)
         thrust = hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust
         settings = core_settings(vehicle, gains, rule, control_period, lateral_force)
-        self._controller = _core.new_controller(as_core(vehicle), settings, thrust, tilt)
+        self._controller = _core.new_controller(settings, thrust, tilt)
 
     def __call__(self, time: float, state: State, desired: Desired) -> Command:
         """Return the command for this control step (satisfies `omnimorph.protocols.Controller`)."""

@@ -11,7 +11,6 @@ from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.errors import ScenarioError
-from omnimorph.model.core import as_core
 from omnimorph.protocols import FloatArray
 
 __all__ = ["cost_over_tilt"]
@@ -83,7 +82,6 @@ def cost_over_tilt(
     tilts = _rows("tilt", tilt, None, None)
     S = len(tilts)
     return _core.cost_over_tilt(
-        as_core(vehicle),
         settings,
         _rows("state", state, S, 18),
         _rows("acceleration", acceleration, S, 6),

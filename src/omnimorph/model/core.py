@@ -24,25 +24,31 @@ def as_core(vehicle: Vehicle) -> _core.Vehicle:
     """Return the core's record of a vehicle."""
     if vehicle not in _made:
         z0, zC, zS = vehicle.thrust_axis_parts
-        _made[vehicle] = _core.make_vehicle(
-            mass=vehicle.mass,
-            inertia=vehicle.inertia,
-            position=vehicle.rotor_position,
-            axis=z0,
-            axis_cosine=zC,
-            axis_sine=zS,
-            servo=vehicle.rotor_servo,
-            spin=vehicle.rotor_spin,
-            thrust_coefficient=vehicle.thrust_coefficient,
-            drag_coefficient=vehicle.drag_coefficient,
-            speed_min=vehicle.speed_min,
-            speed_max=vehicle.speed_max,
-            spin_inertia=vehicle.spin_inertia,
-            angle_min=vehicle.servo_angle_min,
-            angle_max=vehicle.servo_angle_max,
-            rate_max=vehicle.servo_rate_max,
-        )
+        _made[vehicle] = _core.make_vehicle(core_fields(vehicle))
     return _made[vehicle]
+
+
+def core_fields(vehicle: Vehicle) -> dict[str, object]:
+    """Return every field of the core's record of a vehicle, by its name there."""
+    z0, zC, zS = vehicle.thrust_axis_parts
+    return {
+        "mass": vehicle.mass,
+        "inertia": vehicle.inertia,
+        "position": vehicle.rotor_position,
+        "axis": z0,
+        "axis_cosine": zC,
+        "axis_sine": zS,
+        "servo": np.maximum(vehicle.rotor_servo, 0),
+        "spin": vehicle.rotor_spin,
+        "thrust_coefficient": vehicle.thrust_coefficient,
+        "drag_coefficient": vehicle.drag_coefficient,
+        "speed_min": vehicle.speed_min,
+        "speed_max": vehicle.speed_max,
+        "spin_inertia": vehicle.spin_inertia,
+        "angle_min": vehicle.servo_angle_min,
+        "angle_max": vehicle.servo_angle_max,
+        "rate_max": vehicle.servo_rate_max,
+    }
 
 
 def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

@@ -128,8 +128,8 @@ def fly_many(
     _check_memory(scenario, n, 0, varied)  # of their numbers, before any are counted out
     kept = _kept(keep, first, n)
     _check_memory(scenario, n, len(kept), varied)
-    parts = loop_parts(scenario)
     variation = draw(vary, scenario, seed, first, n)
+    parts = loop_parts(variation.flown(scenario))
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)
 
@@ -155,15 +155,13 @@ class _Batch:
         single = precision == "float32"
         self.lanes = module.lanes * (2 if single else 1)
         self.threads = min(threads, math.ceil(variation.flights / self.lanes))
-        arguments = parts._asdict()
-        del arguments["start"]
         self.began = perf_counter()
         self.core = module.start(
-            **arguments,
-            starts=variation.starts(parts.start),
+            **parts.of_flight(),
+            flights=variation.flights,
             seed=seed,
             first=first,
-            variation=variation.for_core(),
+            variation=variation.for_core(scenario, parts.start),
             recorded=[number - first for number in kept],
             single_precision=single,
             threads=self.threads,

@@ -16,14 +16,14 @@ from omnimorph.control.controller import core_settings
 from omnimorph.design.files import vehicle_text
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
-from omnimorph.model.core import as_core, state_row
+from omnimorph.model.core import state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.parts_in_flight import in_flight
-from omnimorph.simulation.plant import control_steps
+from omnimorph.simulation.plant import control_steps, core_motion
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = [
@@ -53,8 +53,7 @@ OUTCOMES = {
 class LoopParts(NamedTuple):
     """What the core is given to fly a scenario, and what of it the loop needs to know itself."""
 
-    plant: _core.PlantSettings
-    model: _core.Vehicle
+    settings: _core.LoopSettings
     controller: _core.ControllerSettings
     reference: _core.Reference
     start: FloatArray  # (18,)
@@ -63,6 +62,11 @@ class LoopParts(NamedTuple):
     steps: int
     control_every: int
     lost_beyond: float
+
+    def of_flight(self) -> dict[str, Any]:
+        """Return the arguments that make a flight of the core, but for its noise."""
+        names = ("settings", "reference", "steps", "lost_beyond")
+        return {name: getattr(self, name) for name in names}
 
 
 def loop_parts(scenario: Scenario) -> LoopParts:
@@ -75,20 +79,24 @@ def loop_parts(scenario: Scenario) -> LoopParts:
     """
     vehicle, plant = scenario.vehicle, scenario.plant
     steps = physics_steps(scenario)
-    start = scenario.reference(0.0)
+    desired = scenario.reference(0.0)
+    start = state_row(desired.p_WB, desired.R_WB, np.zeros(6))
+    thrust = hover_thrust(vehicle, scenario.tilt)
+    controller = core_settings(
+        vehicle,
+        scenario.gains,
+        scenario.allocator,
+        plant.control_period,
+        scenario.lateral_force,
+    )
+    begins = {"motion": core_motion(start), "command": {"thrust": thrust, "tilt": scenario.tilt}}
+    fields = plant.core_fields(vehicle) | {"controller": controller, "start": begins}
     return LoopParts(
-        plant=plant.build_settings(vehicle),
-        model=as_core(vehicle),
-        controller=core_settings(
-            vehicle,
-            scenario.gains,
-            scenario.allocator,
-            plant.control_period,
-            scenario.lateral_force,
-        ),
+        settings=_core.LoopSettings(fields),
+        controller=controller,
         reference=_core_reference(scenario, steps),
-        start=state_row(start.p_WB, start.R_WB, np.zeros(6)),
-        thrust=hover_thrust(vehicle, scenario.tilt),
+        start=start,
+        thrust=thrust,
         tilt=scenario.tilt,
         steps=steps,
         control_every=control_steps(plant),

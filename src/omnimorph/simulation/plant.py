@@ -9,16 +9,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
-from omnimorph.control.allocators import FixedTilt
-from omnimorph.control.controller import core_settings
-from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
@@ -40,6 +37,7 @@ __all__ = [
     "SimulatedPlant",
     "as_plant",
     "control_steps",
+    "core_motion",
 ]
 
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
@@ -47,6 +45,9 @@ _NO_WRENCH = np.zeros(6)
 NOT_ASKED = np.full(6, np.nan)
 """The wrench asked for by what gives commands alone."""
 _POSITIVE = "a positive number of milliseconds"
+
+PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": slice(15, 18)}
+"""Of the 18 numbers of a state, by the core's names."""
 
 TIME_STEPS = Range(1e-3, 1e4)
 """Of physics step and control period, ms."""
@@ -102,16 +103,25 @@ class PlantModel(Record):
             vehicle = effect.true_vehicle(vehicle)
         return vehicle
 
-    def build_settings(self, vehicle: Vehicle) -> _core.PlantSettings:
-        """Return the core's plant for a controller's vehicle, with every effect added."""
+    def core_fields(self, vehicle: Vehicle) -> dict[str, Any]:
+        """Return the fields of the core's loop that a plant says, for a controller's vehicle."""
         truth = self.true_vehicle(vehicle)
-        settings = _core.PlantSettings(
-            as_core(truth), vehicle.thrust_coefficient, self.physics_step, self.integrator
-        )
-        plant = PlantBuild(settings, truth, self.control_period, self.physics_step)
+        plant: dict[str, Any] = {
+            "vehicle": as_core(truth),
+            "command_coefficient": vehicle.thrust_coefficient,
+            "effectiveness": np.ones(vehicle.n_rotors),
+            "step": self.physics_step,
+            "integrator": self.integrator,
+        }
+        sensing: dict[str, Any] = {"estimator": {"cutoff": np.zeros(4)}}
+        build = PlantBuild(plant, sensing, truth, self.control_period, self.physics_step)
         for effect in self.effects:
-            effect.add_to(plant)
-        return settings
+            effect.add_to(build)
+        periods = {
+            "control_every": control_steps(self),
+            "control_period": self.control_period,
+        }
+        return {"plant": plant} | sensing | periods
 
 
 def control_steps(plant: PlantModel) -> int:
@@ -201,54 +211,51 @@ class SimulatedPlant:
             raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
         if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
             raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
-        self._flight = flight_without_controller(
-            vehicle,
-            plant.build_settings(vehicle),
-            row,
-            Command(thrust, tilt),
-            control_every=self._steps_of_control,
-            seed=seed,
-            flight=flight,
-        )
+        start = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
+        settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": start})
+        self._plant = _core.new_plant(settings=settings, seed=seed, flight=flight)
+        self._counts = vehicle.n_rotors, vehicle.n_servos
 
     @property
     def time(self) -> float:
         """Time since the start, s."""
-        return self._flight.step * self.plant.physics_step
+        return self._plant.step * self.plant.physics_step
 
     @property
     def state(self) -> State:
         """The true motion."""
-        return as_state(self._flight.motion())
+        return as_state(self._plant.motion())
 
     @property
     def speed(self) -> FloatArray:
         """Actual rotor speeds, (n,) rad/s."""
-        return self._flight.speed()
+        return self._plant.speed()
 
     @property
     def tilt(self) -> FloatArray:
         """Actual servo angles, (m,) rad."""
-        return self._flight.tilt()
+        return self._plant.tilt()
 
     @property
     def wrench(self) -> FloatArray:
         """The (6,) wrench that the rotors make now, N and N m, in B."""
-        return self._flight.wrench_achieved()
+        return self._plant.wrench()
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
-        return as_state(self._flight.measure())
+        return as_state(self._plant.measure())
 
     def send(self, command: Command) -> None:
         """Put a command on its way to the actuators; at the beginning of a control period."""
-        if self._flight.step % self._steps_of_control:
+        if self._plant.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
         parts = [as_numbers(part) for part in command]
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
-        send(self._flight, Command(*parts), NOT_ASKED)
+        if tuple(part.size for part in parts) != self._counts:
+            raise _unfit_command(ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts"))
+        self._plant.send(*parts)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.
@@ -269,45 +276,14 @@ class SimulatedPlant:
         return self.measure()
 
     def _integrate(self, steps: int, disturbance: FloatArray) -> None:
-        self._flight.integrate(steps, disturbance)
-        if self._flight.status != _core.FlightStatus.FLYING:
+        self._plant.advance(steps, disturbance)
+        if not np.isfinite(self._plant.motion()).all():
             raise OmnimorphError("The plant cannot go on: its motion is no longer finite.")
 
 
-def flight_without_controller(
-    vehicle: Vehicle,
-    plant: _core.PlantSettings,
-    start: FloatArray,
-    command: Command,
-    *,
-    steps: int = 2**62,
-    control_every: int = 1,
-    seed: int = 0,
-    flight: int = 0,
-    is_recorded: bool = False,
-) -> _core.Flight:
-    """Return a flight of the core that waits for commands: its own controller is never asked.
-
-    `start` holds the 18 numbers of a state. `command` is in force at first, and the actuators are
-    as it asks. If it `is_recorded`, its columns have a row for each of the `steps` and one more.
-    """
-    rule = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
-    unused_reference = np.concatenate([start, np.zeros(6)])
-    return _core.new_flight(
-        plant=plant,
-        model=as_core(vehicle),
-        controller=core_settings(vehicle, TrackingGains(), rule, 1.0),
-        reference=_core.Reference(np.zeros(0), unused_reference),
-        start=start,
-        thrust=command.thrust,
-        tilt=command.tilt,
-        steps=steps,
-        control_every=control_every,
-        lost_beyond=1e150,
-        seed=seed,
-        flight=flight,
-        is_recorded=is_recorded,
-    )
+def core_motion(row: FloatArray) -> dict[str, FloatArray]:
+    """Return the 18 numbers of a state as the core's fields of a motion."""
+    return {name: row[part] for name, part in PARTS_OF_STATE.items()}
 
 
 def as_state(row: FloatArray) -> State:
@@ -331,8 +307,10 @@ def send(flight: _core.Flight, command: Command, wrench_asked: FloatArray) -> bo
             thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
             return flight.decide(thrust, tilt, wrench_asked)
     except (TypeError, ValueError, OverflowError) as problem:
-        allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
-        place = "the controller's command"
-        raise ScenarioError(
-            f"{place} cannot be used, because {problem}; it must be {allowed}."
-        ) from None
+        raise _unfit_command(problem) from None
+
+
+def _unfit_command(problem: Exception) -> ScenarioError:
+    allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
+    place = "the controller's command"
+    return ScenarioError(f"{place} cannot be used, because {problem}; it must be {allowed}.")

@@ -111,7 +111,7 @@ class Scenario:
             degrees = np.degrees(tilt).round(9)
             raise ScenarioError.at(self.name, "start_tilt_deg", degrees, f"within {shown} degrees")
         # What does not fit the vehicle is refused here, with the name of its file, not in flight.
-        self.plant.build_settings(vehicle)
+        self.plant.core_fields(vehicle)
         core_settings(vehicle, self.gains, self.allocator, self.plant.control_period)
 
     @property

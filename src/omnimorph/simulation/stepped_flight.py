@@ -82,7 +82,7 @@ class SteppedFlight:
         self.settings = parts.controller
         self.start_command = Command(parts.thrust, parts.tilt)
         self.core = _core.new_flight(
-            **parts._asdict(), seed=self._seed, flight=self._flight, is_recorded=True
+            **parts.of_flight(), seed=self._seed, flight=self._flight, is_recorded=True
         )
         self.columns = MappingProxyType(self.core.columns())
         self.notes: dict[str, Any] = {}

@@ -42,7 +42,7 @@ from omnimorph.simulation.loop_parts import (
     bytes_of_a_row,
     whole_number,
 )
-from omnimorph.simulation.plant import PlantModel, flight_without_controller
+from omnimorph.simulation.plant import PlantModel, core_motion
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
 from omnimorph.units import from_SI
 
@@ -58,11 +58,8 @@ _OF_ROTORS: tuple[type[Effect], ...] = (
     RotorLag,
     SpeedLimits,
 )
-_BOLTED = 1e4  # kg and kg m²: a body that moves little; what it bears does not depend on that
-_NO_DRAG = 1e-28  # N m s²/rad²; a vehicle wants a positive number
 _NOISE = Range(0.0, 1e9)
 _ROUNDING = 1e-9
-_NO_WRENCH = np.zeros(6)
 _BYTES_OF_A_READING = 256  # beside the row of the plant: noise and what is read
 
 
@@ -227,7 +224,7 @@ class ThrustStand:
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)
         object.__setattr__(self, "tilt", tilt)
-        self._settings(self._felt_vehicle())
+        self._plant().core_fields(self._held())
 
     def measure(self, profile: SpeedProfile, seed: int = 0) -> StandReading:
         """Run a profile and return what the sensor reads.
@@ -271,12 +268,11 @@ class ThrustStand:
             "measure for less time or fewer times a second",
         )
         first_rows = np.ceil(np.round(profile.time * rate, 6)).astype(int)
-        columns = self._run(thrust, np.diff(first_rows, append=rows), rows)
-        load = columns["wrench_achieved"]
+        speed, load = self._run(thrust, np.diff(first_rows, append=rows))
         read = load + self.sensor.noise(seed, rows)
         return StandReading(
             time=np.arange(rows) / rate,
-            speed=columns["speed"],
+            speed=speed,
             axis=allocation_matrix(self.vehicle, self.tilt)[:3, self.rotor],
             force=read[:, :3],
             torque=read[:, 3:],
@@ -284,59 +280,46 @@ class ThrustStand:
             true_torque=load[:, 3:],
         )
 
-    def _run(self, thrust: FloatArray, lengths: NDArray[np.int64], rows: int) -> dict[str, Any]:
-        """Return the columns of the plant under commands, each in force for so many rows."""
-        vehicle, at_rest = self._felt_vehicle(), np.zeros(self.vehicle.n_rotors)
-        tilt = vehicle.servo_angle_min
-        flight = flight_without_controller(
-            vehicle,
-            self._settings(vehicle),
-            state_row(np.zeros(3), np.eye(3), np.zeros(6)),
-            Command(at_rest, tilt),
-            steps=rows - 1,
-            is_recorded=True,
-        )
+    def _run(
+        self, thrust: FloatArray, lengths: NDArray[np.int64]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return speeds (T, n) and the loads (T, 6) of the hub measured, at rest first.
+
+        Each command is in force for so many rows.
+        """
+        vehicle, tilt = self.vehicle, self.tilt
+        at_rest = np.zeros(vehicle.n_rotors)
+        start = {
+            "motion": core_motion(state_row(np.zeros(3), np.eye(3), np.zeros(6))),
+            "command": {"thrust": at_rest, "tilt": tilt},
+        }
+        settings = _core.LoopSettings(self._plant().core_fields(self._held()) | {"start": start})
+        plant = _core.new_plant(settings=settings, seed=0, flight=0)
+        speeds, loads = [at_rest[np.newaxis]], [np.zeros((1, 6))]
         for command, length in zip(thrust, lengths.tolist(), strict=True):
-            flight.decide(command, tilt, _NO_WRENCH)
-            flight.integrate(length, _NO_WRENCH)
-        if flight.status != _core.FlightStatus.COMPLETED:
+            plant.send(command, tilt)
+            speed, load = plant.run_actuators(length, self.rotor)
+            speeds.append(speed)
+            loads.append(load)
+        speed, load = np.vstack(speeds)[:-1], np.vstack(loads)[:-1]
+        if not np.isfinite(load).all():
             largest = f"{float(np.abs(thrust).max()):g} N"
             allowed = "small enough to compute with"
             raise ScenarioError.at(_PROFILE, "largest thrust", largest, allowed)
-        return flight.columns()
+        return speed, load
 
-    def _felt_vehicle(self) -> Vehicle:
-        """Return the vehicle of which the sensor bears the wrench.
+    def _held(self) -> Vehicle:
+        """Return the vehicle with its servos held at the tilt."""
+        return self.vehicle.replace(servo_angle_min=self.tilt, servo_angle_max=self.tilt)
 
-        It is heavy, its other rotors have no drag, and B is at the hub: shifting all
-        hubs alike leaves who blows on whom as it is.
-        """
-        vehicle, rotor = self.vehicle, self.rotor
-        drag = np.full(vehicle.n_rotors, _NO_DRAG)
-        drag[rotor] = vehicle.drag_coefficient[rotor]
-        return vehicle.replace(
-            mass=_BOLTED,
-            inertia=_BOLTED * np.eye(3),
-            rotor_position=vehicle.rotor_position - vehicle.rotor_position[rotor],
-            drag_coefficient=drag,
-            servo_angle_min=self.tilt,
-            servo_angle_max=self.tilt,
-        )
-
-    def _settings(self, vehicle: Vehicle) -> _core.PlantSettings:
-        """Return the core's plant, in which the rotor on the sensor alone gives thrust."""
-        step, share = 1.0 / self.sensor.rate, np.zeros(vehicle.n_rotors)
-        plant = PlantModel(physics_step=step, control_period=step, effects=self.effects)
-        settings = plant.build_settings(vehicle)
-        share[self.rotor] = 1.0
-        for effect in plant.effects:
+    def _plant(self) -> PlantModel:
+        """Return the plant that the rotors are of, stepped once a sample."""
+        step = 1.0 / self.sensor.rate
+        for effect in self.effects:
             if not isinstance(effect, _OF_ROTORS):
                 allowed = f"one of the rotors: {', '.join(kind.kind for kind in _OF_ROTORS)}"
                 raise ScenarioError.at(_STAND, "effect", effect.kind, allowed)
-            if isinstance(effect, Effectiveness):
-                share *= effect.share
-        settings.set_effectiveness(share)
-        return settings
+        return PlantModel(physics_step=step, control_period=step, effects=self.effects)
 
     def _commands(self, profile: SpeedProfile) -> FloatArray:
         """Return the thrusts, (K, n), N, from which the motor drivers get their speeds."""

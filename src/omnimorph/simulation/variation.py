@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -20,6 +20,8 @@ from omnimorph.arrays import as_numbers
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
+from omnimorph.simulation.effects import ConstantWrench
+from omnimorph.simulation.plant import PARTS_OF_STATE
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = [
@@ -139,28 +141,52 @@ class Variation:
     def __init__(self, drawn: dict[str, FloatArray], flights: int) -> None:
         self.drawn, self.flights = drawn, flights
 
-    def for_core(self) -> dict[str, FloatArray]:
-        """Return what the core's plants differ in."""
-        arrays = {
-            name: np.ascontiguousarray(values)
-            for name, values in self.drawn.items()
-            if not name.startswith("start_") and name not in ("force", "torque")
-        }
+    def flown(self, scenario: Scenario) -> Scenario:
+        """Return the scenario with every effect in it in which flights differ."""
+        effects = scenario.plant.effects
+        pushed = not {"force", "torque"}.isdisjoint(self.drawn)
+        if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
+            return scenario
+        return replace(scenario, plant=replace(scenario.plant, effects=(*effects, ConstantWrench())))
+
+    def for_core(self, scenario: Scenario, start: FloatArray) -> dict[str, FloatArray]:
+        """Return a row for each flight of every field of the core in which they differ.
+
+        `start` holds the 18 numbers of the state near which all of them begin.
+        """
+        fields = scenario.plant.core_fields(scenario.vehicle)
+        truth = scenario.plant.true_vehicle(scenario.vehicle)
+        rows: dict[str, FloatArray] = {}
+        for name, values in self.drawn.items():
+            factor = values.reshape(self.flights, -1)
+            if name in ("mass", "thrust_coefficient", "drag_coefficient"):
+                rows[f"plant.vehicle.{name}"] = getattr(truth, name) * factor
+            elif name == "inertia":
+                rows["plant.vehicle.inertia"] = truth.inertia.reshape(1, 9) * factor
+            elif name == "effectiveness":
+                rows["plant.effectiveness"] = factor
+            elif name == "centre_of_mass":
+                hubs = truth.rotor_position - factor[:, np.newaxis, :]
+                rows["plant.vehicle.position"] = hubs.reshape(self.flights, -1)
+            elif name == "rotor_lag":
+                for way, tau in fields["plant"]["rotor-lag"].items():
+                    rows[f"plant.rotor-lag.{way}"] = tau * factor
+            elif name == "noise":
+                rows["sensors.deviation"] = fields["sensors"]["deviation"] * factor
         if "force" in self.drawn or "torque" in self.drawn:
             nothing = np.zeros((self.flights, 3))
-            parts = [self.drawn.get(name, nothing) for name in ("force", "torque")]
-            arrays["wrench"] = np.hstack(parts)
-        return arrays
+            push = np.hstack([self.drawn.get(name, nothing) for name in ("force", "torque")])
+            others = fields["plant"].get("constant-wrench", {"constant": np.zeros(6)})
+            rows["plant.constant-wrench.constant"] = others["constant"] + push
+        starts = self._starts(start)
+        rows |= {f"start.motion.{name}": starts[:, part] for name, part in PARTS_OF_STATE.items()}
+        return {path: np.ascontiguousarray(numbers) for path, numbers in rows.items()}
 
-    def starts(self, start: FloatArray) -> FloatArray:
+    def _starts(self, start: FloatArray) -> FloatArray:
         """Return the (n, 18) states that the flights start from, near one of 18 numbers."""
         rows = np.tile(start, (self.flights, 1))
-        for name, columns in (
-            ("start_position", slice(0, 3)),
-            ("start_velocity", slice(12, 15)),
-            ("start_rate", slice(15, 18)),
-        ):
-            rows[:, columns] += self.drawn.get(name, 0.0)
+        for name, part in (("position", "p"), ("velocity", "v"), ("rate", "w")):
+            rows[:, PARTS_OF_STATE[part]] += self.drawn.get(f"start_{name}", 0.0)
         if "start_attitude" in self.drawn:
             R = start[3:12].reshape(3, 3)
             for row, turn in zip(rows, self.drawn["start_attitude"], strict=True):

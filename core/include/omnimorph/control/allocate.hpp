@@ -27,9 +27,9 @@ template <class T> struct TiltCandidates {
     }
 };
 
-template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
+template <class T, int N> class Allocator : protected OldProblem<T, N> {
   public:
-    using AllocationProblem<T, N>::AllocationProblem;
+    using OldProblem<T, N>::OldProblem;
 
     // Each way to allocate is given the last answer and makes the next one of it: nothing that large is copied.
 
@@ -67,7 +67,7 @@ template <class T, int N> class Allocator : protected AllocationProblem<T, N> {
     }
 
   protected:
-    using Problem = AllocationProblem<T, N>;
+    using Problem = OldProblem<T, N>;
     using typename Problem::Target;
     using Problem::diagonal_, Problem::lower_, Problem::map_, Problem::scale_, Problem::upper_, Problem::vehicle_, Problem::weights_;
 

@@ -16,6 +16,7 @@ template <class T, int N> struct AllocationWeights {
     PerRotor<T, N> input, input_change;  // W1 and W3, for thrust: 1/N²
     Vec6<T> acceleration;                // W2: s⁴/m² then s⁴/rad²
     T tilt_change = T(0);                // W4, for a change of a tilt by all that a control step allows; counts where tilts are free
+    static constexpr auto fields() { using W = AllocationWeights; return std::make_tuple(field("input", &W::input), field("input_change", &W::input_change), field("acceleration", &W::acceleration), field("tilt_change", &W::tilt_change)); }
 };
 
 /// An answer that proves itself.
@@ -24,6 +25,7 @@ template <class T, int N> struct Allocation {
     PerRotor<T, N> active;  // -1 at the least thrust, 0 free, +1 at the largest
     T cost, kkt_residual;
     Vec6<T> wrench_asked;   // in B, by the model
+    static constexpr auto fields() { using A = Allocation; return std::make_tuple(field("command", &A::command), field("active", &A::active), field("cost", &A::cost), field("kkt_residual", &A::kkt_residual), field("wrench_asked", &A::wrench_asked)); }
 };
 
 /// Newton and Euler solved for the wrench: [m Rᵀ(p̈ + g e3) ; J ẇ + w x J w], in B.
@@ -37,9 +39,9 @@ OMNIMORPH_FN Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& s
 }
 
 /// What every way of solving it shares: the problem of one vehicle, scaled.
-template <class T, int N> class AllocationProblem {
+template <class T, int N> class OldProblem {
   public:
-    AllocationProblem(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
+    OldProblem(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights)
         : vehicle_(vehicle), weights_(weights), scale_(thrust_scale(vehicle)), map_(thrust_wrench_map(vehicle, scale_)) {
         for (int i = 0; i < vehicle.n_rotors; ++i) {
             lower_[i] = vehicle.thrust_min(i) / scale_[i];
@@ -87,7 +89,7 @@ template <class T, int N> class AllocationProblem {
         bool in_body;
         Vec6<T> b, wrench_asked;
 
-        Target(const AllocationProblem& a, const Motion<T>& state, const Vec6<T>& acceleration) : in_body(a.in_body_) {
+        Target(const OldProblem& a, const Motion<T>& state, const Vec6<T>& acceleration) : in_body(a.in_body_) {
             const Vec3<T> gyroscopic = a.vehicle_.inertia_inverse * cross(state.w, a.vehicle_.inertia * state.w);
             wrench_asked = wrench_for(a.vehicle_, state, acceleration);
             Vec3<T> linear{{acceleration[0], acceleration[1], acceleration[2] + T(gravity)}};

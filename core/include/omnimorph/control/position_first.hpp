@@ -13,13 +13,14 @@ namespace omnimorph {
 template <class T> struct PositionFirst {
     bool active = false;
     T lateral_force = T(0);  // r, N
-    T mass = T(0);           // kg
+    T mass = T(0);           // kg, of the model
     T period = T(0);         // of control, s
 
-    PositionFirst() = default;
-    template <class S> explicit PositionFirst(const PositionFirst<S>& o)
-        : active(o.active), lateral_force(T(o.lateral_force)), mass(T(o.mass)), period(T(o.period)) {}
-    PositionFirst(T r, T m, T T_control) : active(true), lateral_force(r), mass(m), period(T_control) {}
+    static constexpr auto fields() {
+        using P = PositionFirst;
+        return std::make_tuple(derived("active", &P::active), field("lateral_force", &P::lateral_force), derived("mass", &P::mass),
+                               derived("period", &P::period));
+    }
 };
 
 /// The least rotation that turns the unit vector a into the unit vector b: I + [v]x + [v]x² / (1 + a·b), v = a x b.
@@ -49,30 +50,31 @@ template <class T> OMNIMORPH_FN Mat3<T> attitude_for(const Mat3<T>& R, const Vec
     return out;
 }
 
-/// What a vehicle is told instead of the desired motion: an attitude that can be held while the position is followed.
+/// The attitude that was planned in the last control step.
+template <class T> struct PositionFirstState {
+    Mat3<T> planned{};
+    bool started = false;
+
+    static constexpr auto fields() {
+        return std::make_tuple(field("planned", &PositionFirstState::planned), field("started", &PositionFirstState::started));
+    }
+};
+
+/// What is tracked instead of the desired motion: an attitude that can be held while the position is followed.
 ///
 /// Its rate is that of the attitude for the reference's own acceleration, from one control step to the next: feedback,
 /// which is noisy, turns the attitude but not its rate.
-template <class T> class AttitudeGivesWay {
-  public:
-    explicit AttitudeGivesWay(const PositionFirst<T>& settings) : settings_(settings) {}
-
-    Desired<T> operator()(const Motion<T>& measured, const Desired<T>& desired, const TrackingGains<T>& gains) {
-        if (!settings_.active) return desired;
-        const Mat3<T> planned = attitude_for(desired.R, desired.a, settings_);
-        Desired<T> out = desired;
-        out.R = attitude_for(desired.R, linear_acceleration(measured, desired, gains), settings_);
-        if (started_) out.w = (T(1) / settings_.period) * vee_of_skew_part(transpose_times(planned_, planned));
-        out.dw = Vec3<T>::zero();
-        planned_ = planned;
-        started_ = true;
-        return out;
-    }
-
-  private:
-    PositionFirst<T> settings_;
-    Mat3<T> planned_{};
-    bool started_ = false;
-};
+template <class T>
+OMNIMORPH_FN Desired<T> position_first(const PositionFirst<T>& settings, const Motion<T>& estimate, const Desired<T>& desired,
+                                       const TrackingGains<T>& gains, PositionFirstState<T>& state) {
+    const Mat3<T> planned = attitude_for(desired.R, desired.a, settings);
+    Desired<T> out = desired;
+    out.R = attitude_for(desired.R, linear_acceleration(estimate, desired, gains), settings);
+    if (state.started) out.w = (T(1) / settings.period) * vee_of_skew_part(transpose_times(state.planned, planned));
+    out.dw = Vec3<T>::zero();
+    state.planned = planned;
+    state.started = true;
+    return out;
+}
 
 }  // namespace omnimorph

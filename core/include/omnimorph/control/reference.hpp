@@ -1,8 +1,6 @@
 // Where it should go: minimum-jerk segments on position and attitude, evaluated on the fly, or samples of any reference.
 #pragma once
 
-#include <vector>
-
 #include "../math/so3.hpp"
 #include "../model/motion.hpp"
 
@@ -50,35 +48,36 @@ template <class T> OMNIMORPH_FN Desired<T> cast(const Desired<double>& d) {
     return {cast<T>(d.p), cast<T>(d.v), cast<T>(d.R), cast<T>(d.w), cast<T>(d.a), cast<T>(d.dw)};
 }
 
-/// A reference for one flight. Segments hold still before the first and after the last; samples are one row of
-/// p, R, v, w, a, dw (24 numbers) for each physics step.
-class Reference {
-  public:
-    std::vector<Segment> segments;
-    std::vector<double> samples;
-
-    Desired<double> at(long step, double time) const { return samples.empty() ? of_segments(time) : of_samples(step); }
-
-  private:
-    Desired<double> of_segments(double time) const {
-        std::size_t i = 0;
-        while (i + 1 < segments.size() && time >= segments[i + 1].start) ++i;
-        return evaluate(segments[i], time);
-    }
-    Desired<double> of_samples(long step) const {
-        const long rows = static_cast<long>(samples.size() / 24);
-        const double* row = samples.data() + 24 * (step < rows ? step : rows - 1);
-        Desired<double> d;
-        for (int c = 0; c < 3; ++c) {
-            d.p[c] = row[c];
-            for (int k = 0; k < 3; ++k) d.R[c][k] = row[3 + 3 * c + k];
-            d.v[c] = row[12 + c];
-            d.w[c] = row[15 + c];
-            d.a[c] = row[18 + c];
-            d.dw[c] = row[21 + c];
-        }
-        return d;
-    }
+/// A reference for one flight, in tables of someone else. Segments hold still before the first and after the last; samples
+/// are one row of p, R, v, w, a, dw (24 numbers) for each physics step, and count instead if there are any.
+struct Reference {
+    const Segment* segments = nullptr;
+    long n_segments = 0;
+    const double* samples = nullptr;
+    long n_samples = 0;
 };
+
+/// The sample of a step; the last one, after the last.
+OMNIMORPH_FN Desired<double> sample_of(const Reference& reference, long step) {
+    const double* row = reference.samples + 24 * (step < reference.n_samples ? step : reference.n_samples - 1);
+    Desired<double> d;
+    for (int c = 0; c < 3; ++c) {
+        d.p[c] = row[c];
+        for (int k = 0; k < 3; ++k) d.R[c][k] = row[3 + 3 * c + k];
+        d.v[c] = row[12 + c];
+        d.w[c] = row[15 + c];
+        d.a[c] = row[18 + c];
+        d.dw[c] = row[21 + c];
+    }
+    return d;
+}
+
+/// Where it should be in a physics step, which begins at `time`, s.
+OMNIMORPH_FN Desired<double> desired_at(const Reference& reference, long step, double time) {
+    if (reference.n_samples > 0) return sample_of(reference, step);
+    long i = 0;
+    while (i + 1 < reference.n_segments && time >= reference.segments[i + 1].start) ++i;
+    return evaluate(reference.segments[i], time);
+}
 
 }  // namespace omnimorph

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <variant>
@@ -20,6 +21,12 @@
 #include "number.hpp"
 
 namespace omnimorph {
+
+/// Numbers that belong to someone else and outlive who reads them.
+struct Table {
+    const double* numbers = nullptr;
+    long size = 0;
+};
 
 /// One field. A derived one follows from others and is set by `derive`, never from outside.
 template <class Record, class Member> struct Field {
@@ -89,6 +96,7 @@ template <class Record, class Visit> constexpr void for_each_field(Record& recor
 }
 
 template <class X, class Y, class Visit> void for_each_number(X& x, const Y& y, Visit&& visit);
+template <class X, class Y, class Visit> void for_each_leaf(const std::string& path, X& x, const Y& y, Visit&& visit);
 
 namespace fields {
 
@@ -113,6 +121,50 @@ void for_each_number_of_choices(X& x, const Y& y, Visit&& visit, std::index_sequ
 }
 
 }  // namespace fields
+
+namespace fields {
+
+template <class X, class Y, class Visit, std::size_t... I>
+void for_each_leaf_of_record(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
+    const auto one = [&](const auto& of_x, const auto& of_y) {
+        using Member = std::decay_t<decltype(x.*of_x.place)>;
+        const std::string beside = path.empty() ? "" : path + ".";
+        if (!of_x.is_derived) for_each_leaf(is_list<Member> ? path : beside + of_x.name, x.*of_x.place, y.*of_y.place, visit);
+    };
+    (one(std::get<I>(X::fields()), std::get<I>(Y::fields())), ...);
+}
+template <class X, class Y, class Visit, std::size_t... I>
+void for_each_leaf_of_list(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
+    const std::string beside = path.empty() ? "" : path + ".";
+    (for_each_leaf(beside + std::tuple_element_t<I, X>::name, std::get<I>(x), std::get<I>(y), visit), ...);
+}
+template <class X, class Y, class Visit, std::size_t... I>
+void for_each_leaf_of_choice(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
+    const auto one = [&](auto k) {
+        if (x.index() == k && y.index() == k)
+            for_each_leaf(path + "." + std::variant_alternative_t<k, X>::name, *std::get_if<k>(&x), *std::get_if<k>(&y), visit);
+    };
+    (one(std::integral_constant<std::size_t, I>()), ...);
+}
+
+}  // namespace fields
+
+/// visit(path, x, y) for everything in a record that is a number or an array of them, and its like in another: `path` joins
+/// the names of the fields by dots. What is derived is left out; a list of records adds no name of its own.
+template <class X, class Y, class Visit> void for_each_leaf(const std::string& path, X& x, const Y& y, Visit&& visit) {
+    using Plain = std::remove_const_t<X>;
+    if constexpr (fields::is_record<Plain>) {
+        fields::expect_every_member<Plain>();
+        constexpr std::size_t count = std::tuple_size_v<decltype(Plain::fields())>;
+        fields::for_each_leaf_of_record(path, x, y, visit, std::make_index_sequence<count>());
+    } else if constexpr (fields::is_list<Plain>) {
+        fields::for_each_leaf_of_list(path, x, y, visit, std::make_index_sequence<std::tuple_size_v<Plain>>());
+    } else if constexpr (fields::is_choice<Plain>) {
+        fields::for_each_leaf_of_choice(path, x, y, visit, std::make_index_sequence<std::variant_size_v<Plain>>());
+    } else {
+        visit(path, x, y);
+    }
+}
 
 /// visit(x, y) for every number of one record and its like in another, which may be of other numbers or hold another count
 /// of rotors: arrays go together as far as both reach.
@@ -139,6 +191,15 @@ template <class To, class From> To convert(const From& from) {
     To to{};
     for_each_number(to, from, [](auto& x, const auto& y) { x = static_cast<std::decay_t<decltype(x)>>(y); });
     return to;
+}
+
+/// Whether each lane may have its own numbers in it: an array of packs, or a pack.
+template <class X> constexpr bool has_lanes() {
+    if constexpr (fields::is_array<X>) {
+        return has_lanes<std::remove_cv_t<std::remove_reference_t<decltype(fields::elements_of(std::declval<X&>())[0])>>>();
+    } else {
+        return lane_count<X> > 1;
+    }
 }
 
 /// Put a record into one lane of a record of packs; what has no lanes is the same in all of them.

@@ -10,6 +10,10 @@ template <class T> struct Motion {
     Vec3<T> p, v;
     Mat3<T> R;
     Vec3<T> w;
+
+    static constexpr auto fields() {
+        return std::make_tuple(field("p", &Motion::p), field("v", &Motion::v), field("R", &Motion::R), field("w", &Motion::w));
+    }
 };
 
 /// One point of a reference: the motion and its accelerations (dp²/dt² in W, dw/dt in B).
@@ -24,6 +28,8 @@ template <class T> struct Desired {
 template <class T, int N> struct Command {
     PerRotor<T, N> thrust;
     PerServo<T> tilt;
+
+    static constexpr auto fields() { return std::make_tuple(field("thrust", &Command::thrust), field("tilt", &Command::tilt)); }
 };
 
 }  // namespace omnimorph

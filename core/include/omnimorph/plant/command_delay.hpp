@@ -5,34 +5,44 @@
 
 namespace omnimorph {
 
-/// Pure delay by a number of physics steps; as many commands can be under way as the buffer has places.
-template <class T, int N> class CommandDelay {
-  public:
+struct CommandDelay {
+    static constexpr const char* name = "command-delay";
+    bool active = false;
+    int steps = 0;  // of physics
+
+    static constexpr auto fields() {
+        return std::make_tuple(derived("active", &CommandDelay::active), field("steps", &CommandDelay::steps));
+    }
+};
+
+/// The commands under way, and the one that has arrived last; as many can be under way as there are places.
+template <class T, int N> struct DelayLine {
     static constexpr int places = 64;
+    template <class X> struct Places {
+        X a[places];
+        X& operator[](long k) { return a[k % places]; }
+    };
+    Command<T, N> in_force{};
+    Places<Command<T, N>> under_way{};
+    Places<long> arrival{};
+    long oldest = 0, newest = 0;
 
-    CommandDelay(int steps, const Command<T, N>& start) : steps_(steps), in_force_(start) {}
-
-    void send(long step, const Command<T, N>& command) {
-        if (steps_ == 0) {
-            in_force_ = command;
-            return;
-        }
-        const bool replaces = oldest_ < newest_ && arrival_[(newest_ - 1) % places] == step + steps_;  // sent twice in a step
-        if (!replaces) ++newest_;
-        arrival_[(newest_ - 1) % places] = step + steps_;
-        under_way_[(newest_ - 1) % places] = command;
-    }
-    const Command<T, N>& in_force(long step) {
-        while (oldest_ < newest_ && arrival_[oldest_ % places] <= step) in_force_ = under_way_[oldest_++ % places];
-        return in_force_;
+    static constexpr auto fields() {
+        using D = DelayLine;
+        return std::make_tuple(field("in_force", &D::in_force), field("under_way", &D::under_way), field("arrival", &D::arrival),
+                               field("oldest", &D::oldest), field("newest", &D::newest));
     }
 
-  private:
-    int steps_;
-    Command<T, N> in_force_;
-    long arrival_[places] = {};
-    Command<T, N> under_way_[places];
-    long oldest_ = 0, newest_ = 0;
+    OMNIMORPH_FN void send(int delay, long step, const Command<T, N>& command) {
+        const bool replaces = oldest < newest && arrival[newest - 1] == step + delay;  // sent twice in a step
+        if (!replaces) ++newest;
+        arrival[newest - 1] = step + delay;
+        under_way[newest - 1] = command;
+    }
+    OMNIMORPH_FN const Command<T, N>& arrived(long step) {
+        while (oldest < newest && arrival[oldest] <= step) in_force = under_way[oldest++];
+        return in_force;
+    }
 };
 
 }  // namespace omnimorph

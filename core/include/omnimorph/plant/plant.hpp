@@ -1,264 +1,159 @@
-// The plant: actuators with their imperfections, then the rigid body, one physics step at a time.
+// The plant: actuators with their imperfections, then the forces, then the rigid body, one physics step at a time.
 //
 // The angular state of the integrators is the whole angular momentum in B, L = J w + H, with H = sum I_i k_i w_i z_i that of
 // the spinning rotors (zero unless the effect RotorMomentum is on). dL/dt = tau - w x L then holds the gyroscopic torque, the
 // reaction to spinning up and the torque of tilting a spinning rotor at once, without a derivative of any of them.
 #pragma once
 
-#include "command_delay.hpp"
-#include "dead_band.hpp"
-#include "disturbance.hpp"
-#include "../estimate/measurement_noise.hpp"
-#include "rotor_lag.hpp"
-#include "servo.hpp"
-#include "speed_limits.hpp"
-#include "../model/interference.hpp"
-#include "../model/wrench.hpp"
+#include "rotors.hpp"
 
 namespace omnimorph {
 
-enum class Integrator { semi_implicit_euler, runge_kutta_4 };
-
-/// Everything about the plant that a flight does not change.
-template <class T, int N> struct PlantSettings {
-    Vehicle<T, N> vehicle;                    // the true one
-    PerRotor<T, N> command_coefficient;       // c_f by which the motor drivers turn thrust into speed: the controller's
-    PerRotor<T, N> effectiveness;             // share of its thrust that each rotor still gives
-    double step;                              // s
-    Integrator integrator = Integrator::semi_implicit_euler;
-    int delay_steps = 0;
-    bool rotor_momentum = false;
-    bool interference = false;                // rotors in line take thrust from one another
-    WakeModel wake_model = WakeModel::published;
-    SpeedLimits<T, N> speed_limits;
-    DeadBand<T, N> dead_band;
-    RotorLag<T, N> rotor_lag;
-    ServoLag<T> servo_lag;
-    ServoRateLimit<T> servo_rate_limit;
-    MeasurementNoise<T> measurement_noise;
-    Disturbance<T> disturbance;
-    explicit PlantSettings(int n = N) : vehicle{} { vehicle.n_rotors = Count<N>(n); }
-
-    /// The same plant for another number type or rotor count.
-    template <class S, int M> explicit PlantSettings(const PlantSettings<S, M>& other)
-        : vehicle(convert<Vehicle<T, N>>(other.vehicle)),
-          command_coefficient(cast<T, N>(other.command_coefficient, other.vehicle.n_rotors)),
-          effectiveness(cast<T, N>(other.effectiveness, other.vehicle.n_rotors)),
-          step(other.step),
-          integrator(other.integrator),
-          delay_steps(other.delay_steps),
-          rotor_momentum(other.rotor_momentum),
-          interference(other.interference),
-          wake_model(other.wake_model),
-          speed_limits(other.speed_limits, other.vehicle.n_rotors),
-          dead_band(other.dead_band, other.vehicle.n_rotors),
-          rotor_lag(other.rotor_lag, other.vehicle.n_rotors),
-          servo_lag(other.servo_lag, other.vehicle.n_servos),
-          servo_rate_limit(other.servo_rate_limit, other.vehicle.n_servos),
-          measurement_noise(other.measurement_noise),
-          disturbance(other.disturbance) {}
-
-    /// The integrator's steps of the actuators: Runge and Kutta need them in the middle too.
-    double actuator_step() const { return integrator == Integrator::runge_kutta_4 ? step / 2 : step; }
-};
-
-/// Actual speeds and tilts.
-template <class T, int N> struct Actuators {
-    PerRotor<T, N> speed;      // rad/s
-    PerRotor<T, N> rest_left;  // s, see DeadBand
-    PerServo<T> tilt;          // rad
-};
-
-/// The wrench in B, and the rotors' own angular momentum in B.
-template <class T> struct Load {
-    Vec6<T> wrench;
-    Vec3<T> momentum;
-};
-
-template <class T, int N> class Plant {
-  public:
+/// The motion, the actuators, and what the rotors do to the body as they are.
+template <class T, int N> struct PlantState {
     Motion<T> motion;
     Actuators<T, N> actuators;
+    Load<T> load;
 
-    Plant(const PlantSettings<T, N>& settings, const Motion<T>& start, const Command<T, N>& command)
-        : motion(start), settings_(settings), inverse_mass_(T(1) / settings.vehicle.mass), map_(speed_map(settings, settings.vehicle.drag_coefficient)),
-          thrust_map_(speed_map(settings, PerRotor<T, N>{})), wakes_(settings.vehicle, settings.wake_model), delay_(settings.delay_steps, command) {
-        for (int i = 0; i < n(); ++i) {
-            speed_squared_per_thrust_[i] = T(1) / settings.command_coefficient[i];
-            actuators.speed[i] = speed_for(i, command.thrust[i]);
-            actuators.rest_left[i] = T(0);
-        }
-        actuators.tilt = command.tilt;
-        load_ = load(actuators);
+    static constexpr auto fields() {
+        return std::make_tuple(field("motion", &PlantState::motion), field("actuators", &PlantState::actuators),
+                               field("load", &PlantState::load));
     }
-
-    void send(long step, const Command<T, N>& command) { delay_.send(step, command); }
-    const Command<T, N>& in_force(long step) { return delay_.in_force(step); }
-
-    /// The wrench that the actuators make now.
-    const Vec6<T>& wrench_achieved() const { return load_.wrench; }
-
-    /// The thrust that each rotor gives along its axis now, N: at its actual speed, of its share of effectiveness, and what
-    /// the wakes of others leave of it.
-    PerRotor<T, N> thrust_actual() const {
-        PerRotor<T, N> thrust{};
-        for (int i = 0; i < n(); ++i) {
-            const T coefficient = settings_.effectiveness[i] * settings_.vehicle.thrust_coefficient[i];
-            thrust[i] = coefficient * (actuators.speed[i] * abs(actuators.speed[i]));
-        }
-        if (!settings_.interference) return thrust;
-        const PerRotor<T, N> kept = wakes_.thrust_kept(wakes_.weights(trigonometry_of(actuators.tilt, settings_.vehicle.n_servos)), actuators.speed);
-        for (int i = 0; i < n(); ++i) thrust[i] = kept[i] * thrust[i];
-        return thrust;
-    }
-
-    /// One physics step under the command in force and a disturbance from outside (force in W, torque in B).
-    void advance(long step, const Vec6<T>& pushed) {
-        const Command<T, N>& command = in_force(step);
-        if (settings_.integrator == Integrator::semi_implicit_euler) {
-            semi_implicit_euler(step, command, pushed);
-        } else {
-            runge_kutta_4(step, command, pushed);
-        }
-        if (step % 1024 == 1023) motion.R = projected(motion.R);
-    }
-
-    const PlantSettings<T, N>& settings() const { return settings_; }
-
-    /// From now on each rotor gives this share of its thrust; its drag torque stays, as with a torn blade.
-    void set_effectiveness(const PerRotor<T, N>& share) {
-        settings_.effectiveness = share;
-        map_ = speed_map(settings_, settings_.vehicle.drag_coefficient);
-        thrust_map_ = speed_map(settings_, PerRotor<T, N>{});
-        load_ = load(actuators);
-    }
-
-  private:
-    /// Rates of change of position, velocity, attitude (in the Lie algebra) and angular momentum.
-    struct Rates {
-        Vec3<T> p, v, attitude, L;
-    };
-
-    int n() const { return settings_.vehicle.n_rotors; }
-
-    static WrenchMap<T, N> speed_map(const PlantSettings<T, N>& settings, const PerRotor<T, N>& drag) {
-        PerRotor<T, N> thrust{};
-        for (int i = 0; i < settings.vehicle.n_rotors; ++i)
-            thrust[i] = settings.effectiveness[i] * settings.vehicle.thrust_coefficient[i];
-        return WrenchMap<T, N>(settings.vehicle, thrust, drag);
-    }
-
-    T speed_for(int i, const T& thrust) const {
-        return with_sign(sqrt(abs(thrust) * speed_squared_per_thrust_[i]), thrust);
-    }
-
-    /// Command -> limits -> dead band -> lag; servo lag -> rate limit -> stops. With `time_passes` by one actuator step,
-    /// without it only what follows a new command at once.
-    void advance_actuators(Actuators<T, N>& a, const Command<T, N>& command, bool time_passes) const {
-        const T step = T(time_passes ? settings_.actuator_step() : 0.0);
-        for (int i = 0; i < n(); ++i) {
-            const T asked = settings_.speed_limits.apply(i, speed_for(i, command.thrust[i]));
-            const T aim = settings_.dead_band.aim(i, asked, a.speed[i], a.rest_left[i], step);
-            a.speed[i] = settings_.rotor_lag.advance(i, a.speed[i], aim, time_passes);
-        }
-        const Vehicle<T, N>& vehicle = settings_.vehicle;
-        for (int j = 0; j < vehicle.n_servos; ++j) {
-            const T way = settings_.servo_lag.travel(j, command.tilt[j] - a.tilt[j], time_passes);
-            const T target = a.tilt[j] + settings_.servo_rate_limit.travel(j, way, time_passes);
-            a.tilt[j] = clamp(target, vehicle.angle_min[j], vehicle.angle_max[j]);
-        }
-    }
-
-    Load<T> load(const Actuators<T, N>& a) const {
-        const Vehicle<T, N>& vehicle = settings_.vehicle;
-        const auto trig = trigonometry_of(a.tilt, vehicle.n_servos);
-        PerRotor<T, N> squared;
-        for (int i = 0; i < n(); ++i) squared[i] = a.speed[i] * abs(a.speed[i]);
-        Load<T> out{wrench(map_.at(trig), squared, n()), Vec3<T>::zero()};
-        if (settings_.interference) out.wrench = out.wrench - wrench_lost(trig, a.speed, squared);
-        if (settings_.rotor_momentum)
-            for (int i = 0; i < n(); ++i)
-                out.momentum = out.momentum + (vehicle.spin_inertia[i] * vehicle.spin[i] * a.speed[i]) * rotor_axis(vehicle, i, trig);
-        return out;
-    }
-
-    /// What the wakes take: the thrust alone, the drag torque stays.
-    Vec6<T> wrench_lost(const TiltTrigonometry<T>& trig, const PerRotor<T, N>& speed, const PerRotor<T, N>& squared) const {
-        const PerRotor<T, N> kept = wakes_.thrust_kept(wakes_.weights(trig), speed);
-        PerRotor<T, N> lost{};
-        for (int i = 0; i < n(); ++i) lost[i] = (T(1) - kept[i]) * squared[i];
-        return wrench(thrust_map_.at(trig), lost, n());
-    }
-
-    Vec6<T> disturbance(double time, const Vec6<T>& pushed) const {
-        return settings_.disturbance.active ? pushed + settings_.disturbance.at(time) : pushed;
-    }
-
-    Vec3<T> linear_acceleration(const Mat3<T>& R, const Vec6<T>& rotors, const Vec6<T>& push) const {
-        Vec3<T> a = inverse_mass_ * (R * force_of(rotors) + force_of(push));
-        a[2] -= T(gravity);
-        return a;
-    }
-
-    /// New velocities from the present pose and the new actuators, then the pose from the new velocities (as ODE does).
-    void semi_implicit_euler(long step, const Command<T, N>& command, const Vec6<T>& pushed) {
-        const T h = T(settings_.step);
-        const Vehicle<T, N>& vehicle = settings_.vehicle;
-        Vec3<T> L = vehicle.inertia * motion.w + load_.momentum;
-        advance_actuators(actuators, command, true);
-        load_ = load(actuators);
-        const Vec6<T> push = disturbance(double(step) * settings_.step, pushed);
-        motion.v = motion.v + h * linear_acceleration(motion.R, load_.wrench, push);
-        motion.p = motion.p + h * motion.v;
-        L = L + h * (torque_of(load_.wrench) + torque_of(push) - cross(motion.w, L));
-        motion.w = vehicle.inertia_inverse * (L - load_.momentum);
-        motion.R = motion.R * exp_so3(h * motion.w);
-    }
-
-    /// Classical fourth order, the attitude in the Lie algebra (H. Munthe-Kaas, BIT 38, 1998); the actuators are advanced
-    /// exactly to the middle and to the end of the step.
-    void runge_kutta_4(long step, const Command<T, N>& command, const Vec6<T>& pushed) {
-        const double h = settings_.step, time = double(step) * h;
-        const Vec3<T> L = settings_.vehicle.inertia * motion.w + load_.momentum;
-        advance_actuators(actuators, command, false);
-        const Load<T> at_start = load(actuators);
-        advance_actuators(actuators, command, true);
-        const Load<T> at_middle = load(actuators);
-        advance_actuators(actuators, command, true);
-        load_ = load(actuators);  // at the end
-        const Vec6<T> push_start = disturbance(time, pushed), push_middle = disturbance(time + h / 2, pushed);
-
-        const Rates start{Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero()};
-        const Rates k1 = rates(start, 0, L, at_start, push_start);
-        const Rates k2 = rates(k1, h / 2, L, at_middle, push_middle);
-        const Rates k3 = rates(k2, h / 2, L, at_middle, push_middle);
-        const Rates k4 = rates(k3, h, L, load_, disturbance(time + h, pushed));
-        const auto change = [&](Vec3<T> Rates::*of) {
-            return T(h / 6) * (k1.*of + T(2) * (k2.*of) + T(2) * (k3.*of) + k4.*of);
-        };
-        motion.p = motion.p + change(&Rates::p);
-        motion.v = motion.v + change(&Rates::v);
-        motion.R = motion.R * exp_so3(change(&Rates::attitude));
-        motion.w = settings_.vehicle.inertia_inverse * (L + change(&Rates::L) - load_.momentum);
-    }
-
-    /// Rates of change after going on from the present motion for `share` seconds along `k`.
-    Rates rates(const Rates& k, double share, const Vec3<T>& L_start, const Load<T>& rotors, const Vec6<T>& push) const {
-        const T h = T(share);
-        const Vec3<T> attitude = h * k.attitude, L = L_start + h * k.L;
-        const Vec3<T> w = settings_.vehicle.inertia_inverse * (L - rotors.momentum);
-        return {motion.v + h * k.v, linear_acceleration(motion.R * exp_so3(attitude), rotors.wrench, push),
-                exp_so3_rate(attitude, w), torque_of(rotors.wrench) + torque_of(push) - cross(w, L)};
-    }
-
-    PlantSettings<T, N> settings_;
-    Load<T> load_;  // of the actuators as they are
-    T inverse_mass_;
-    PerRotor<T, N> speed_squared_per_thrust_;  // 1/c_f of the motor drivers
-    WrenchMap<T, N> map_;          // signed squared speeds -> wrench
-    WrenchMap<T, N> thrust_map_;   // the same without drag
-    Interference<T, N> wakes_;
-    CommandDelay<T, N> delay_;
 };
+
+/// A plant whose actuators are as a command asks.
+template <class T, int N>
+OMNIMORPH_FN PlantState<T, N> plant_at(const Plant<T, N>& plant, const Motion<T>& motion, const Command<T, N>& command) {
+    PlantState<T, N> state{};
+    state.motion = motion;
+    for (int i = 0; i < plant.n(); ++i) {
+        state.actuators.speed[i] = speed_for(plant, i, command.thrust[i]);
+        state.actuators.rest_left[i] = T(0);
+    }
+    state.actuators.tilt = command.tilt;
+    state.load = rotor_load(plant, state.actuators);
+    return state;
+}
+
+/// The actuators a step later: commands pass the laws of rotors, and of servos and their stops.
+template <class T, int N>
+OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command, ActuatorStep step, Actuators<T, N>& actuators) {
+    for (int i = 0; i < plant.n(); ++i) {
+        const Rotor<T> rotor{actuators.speed[i], actuators.rest_left[i]};
+        T aim = speed_for(plant, i, command.thrust[i]);
+        const auto pass = [&](const auto& law) {
+            if (law.active) aim = law.follow(i, aim, rotor, step);
+        };
+        std::apply([&](const auto&... law) { (pass(law), ...); }, plant.settings.rotor_laws);
+        actuators.speed[i] = aim;
+    }
+    const Vehicle<T, N>& vehicle = plant.settings.vehicle;
+    for (int j = 0; j < plant.m(); ++j) {
+        T way = command.tilt[j] - actuators.tilt[j];
+        const auto pass = [&](const auto& law) {
+            if (law.active) way = law.travel(j, way, step);
+        };
+        std::apply([&](const auto&... law) { (pass(law), ...); }, plant.settings.servo_laws);
+        actuators.tilt[j] = clamp(actuators.tilt[j] + way, vehicle.angle_min[j], vehicle.angle_max[j]);
+    }
+}
+
+/// The sum of a push from outside and of every force of the plant, force in W and torque in B.
+template <class T, int N> OMNIMORPH_FN Vec6<T> forces_at(const Plant<T, N>& plant, const Moment<T, N>& now, const Vec6<T>& push) {
+    Vec6<T> sum = push;
+    const auto add = [&](const auto& force) {
+        if (force.active) sum = sum + force.wrench(now);
+    };
+    std::apply([&](const auto&... force) { (add(force), ...); }, plant.settings.forces);
+    return sum;
+}
+
+template <class T, int N>
+OMNIMORPH_FN Vec3<T> linear_acceleration(const Plant<T, N>& plant, const Mat3<T>& R, const Vec6<T>& rotors, const Vec6<T>& forces) {
+    Vec3<T> a = plant.inverse_mass * (R * force_of(rotors) + force_of(forces));
+    a[2] -= T(gravity);
+    return a;
+}
+
+/// New velocities from the present pose and the new actuators, then the pose from the new velocities (as ODE does).
+template <class T, int N>
+OMNIMORPH_FN void semi_implicit_euler(const Plant<T, N>& plant, const Command<T, N>& command, double time, const Vec6<T>& push,
+                                      PlantState<T, N>& state) {
+    const T h = T(plant.settings.step);
+    const Vehicle<T, N>& vehicle = plant.settings.vehicle;
+    Motion<T>& motion = state.motion;
+    Vec3<T> L = vehicle.inertia * motion.w + state.load.momentum;
+    actuate(plant, command, {plant.settings.step}, state.actuators);
+    state.load = rotor_load(plant, state.actuators);
+    const Vec6<T> forces = forces_at<T, N>(plant, {motion, state.actuators, time}, push);
+    motion.v = motion.v + h * linear_acceleration(plant, motion.R, state.load.wrench, forces);
+    motion.p = motion.p + h * motion.v;
+    L = L + h * (torque_of(state.load.wrench) + torque_of(forces) - cross(motion.w, L));
+    motion.w = vehicle.inertia_inverse * (L - state.load.momentum);
+    motion.R = motion.R * exp_so3(h * motion.w);
+}
+
+/// Rates of change of position, velocity, attitude (in the Lie algebra) and angular momentum.
+template <class T> struct MotionRates {
+    Vec3<T> p, v, attitude, L;
+};
+
+/// Rates of change after going on from the motion at the start for `share` seconds along `k`.
+template <class T, int N>
+OMNIMORPH_FN MotionRates<T> rates_along(const Plant<T, N>& plant, const MotionRates<T>& k, double share, const PlantState<T, N>& start,
+                                        const Vec3<T>& L_start, const Load<T>& load, const Actuators<T, N>& actuators, double time,
+                                        const Vec6<T>& push) {
+    const T h = T(share);
+    const Vec3<T> attitude = h * k.attitude, L = L_start + h * k.L;
+    const Vec3<T> w = plant.settings.vehicle.inertia_inverse * (L - load.momentum);
+    const Motion<T> motion{start.motion.p + h * k.p, start.motion.v + h * k.v, start.motion.R * exp_so3(attitude), w};
+    const Vec6<T> forces = forces_at<T, N>(plant, {motion, actuators, time + share}, push);
+    return {motion.v, linear_acceleration(plant, motion.R, load.wrench, forces), exp_so3_rate(attitude, w),
+            torque_of(load.wrench) + torque_of(forces) - cross(w, L)};
+}
+
+/// Classical fourth order, the attitude in the Lie algebra (H. Munthe-Kaas, BIT 38, 1998); the actuators are advanced
+/// exactly to the middle and to the end of the step.
+template <class T, int N>
+OMNIMORPH_FN void runge_kutta_4(const Plant<T, N>& plant, const Command<T, N>& command, double time, const Vec6<T>& push,
+                                PlantState<T, N>& state) {
+    const double h = plant.settings.step;
+    const Vec3<T> L = plant.settings.vehicle.inertia * state.motion.w + state.load.momentum;
+    Actuators<T, N> at_start = state.actuators;
+    actuate(plant, command, {0}, at_start);
+    const Load<T> load_start = rotor_load(plant, at_start);
+    Actuators<T, N> at_middle = at_start;
+    actuate(plant, command, {h / 2}, at_middle);
+    const Load<T> load_middle = rotor_load(plant, at_middle);
+    state.actuators = at_middle;
+    actuate(plant, command, {h / 2}, state.actuators);
+    state.load = rotor_load(plant, state.actuators);
+
+    const MotionRates<T> none{Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero(), Vec3<T>::zero()};
+    const MotionRates<T> k1 = rates_along(plant, none, 0, state, L, load_start, at_start, time, push);
+    const MotionRates<T> k2 = rates_along(plant, k1, h / 2, state, L, load_middle, at_middle, time, push);
+    const MotionRates<T> k3 = rates_along(plant, k2, h / 2, state, L, load_middle, at_middle, time, push);
+    const MotionRates<T> k4 = rates_along(plant, k3, h, state, L, state.load, state.actuators, time, push);
+    const auto change = [&](Vec3<T> MotionRates<T>::*of) {
+        return T(h / 6) * (k1.*of + T(2) * (k2.*of) + T(2) * (k3.*of) + k4.*of);
+    };
+    Motion<T>& motion = state.motion;
+    motion.p = motion.p + change(&MotionRates<T>::p);
+    motion.v = motion.v + change(&MotionRates<T>::v);
+    motion.R = motion.R * exp_so3(change(&MotionRates<T>::attitude));
+    motion.w = plant.settings.vehicle.inertia_inverse * (L + change(&MotionRates<T>::L) - state.load.momentum);
+}
+
+/// One physics step, number `step` of the flight, under a command and a push from outside (force in W, torque in B).
+template <class T, int N>
+OMNIMORPH_FN void advance(const Plant<T, N>& plant, const Command<T, N>& command, long step, const Vec6<T>& push, PlantState<T, N>& state) {
+    const double time = double(step) * plant.settings.step;
+    if (plant.settings.integrator == Integrator::semi_implicit_euler) {
+        semi_implicit_euler(plant, command, time, push, state);
+    } else {
+        runge_kutta_4(plant, command, time, push, state);
+    }
+    if (step % 1024 == 1023) state.motion.R = projected(state.motion.R);
+}
 
 }  // namespace omnimorph

@@ -1,19 +1,21 @@
-// A motor turns no faster than it can, whatever it is told.
+// A motor turns no faster than it can, whatever is commanded.
 #pragma once
 
-#include "../model/vehicle.hpp"
+#include "actuators.hpp"
 
 namespace omnimorph {
 
 template <class T, int N> struct SpeedLimits {
+    static constexpr const char* name = "speed-limits";
     bool active = false;
     PerRotor<T, N> speed_min{}, speed_max{};  // rad/s
 
-    SpeedLimits() = default;
-    template <class S, int M> SpeedLimits(const SpeedLimits<S, M>& o, int n)
-        : active(o.active), speed_min(cast<T, N>(o.speed_min, n)), speed_max(cast<T, N>(o.speed_max, n)) {}
+    static constexpr auto fields() {
+        return std::make_tuple(derived("active", &SpeedLimits::active), field("speed_min", &SpeedLimits::speed_min),
+                               field("speed_max", &SpeedLimits::speed_max));
+    }
 
-    T apply(int i, const T& command) const { return active ? clamp(command, speed_min[i], speed_max[i]) : command; }
+    OMNIMORPH_FN T follow(int i, const T& command, Rotor<T>, ActuatorStep) const { return clamp(command, speed_min[i], speed_max[i]); }
 };
 
 }  // namespace omnimorph

@@ -45,7 +45,7 @@ class CommandDelay(Effect):
             raise ScenarioError.at(
                 self.kind, "time_ms", self.time * 1e3, "at most 60 control periods"
             )
-        plant.settings.set_delay(steps)
+        plant.laws[self.kind] = {"steps": steps}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +80,8 @@ class MeasurementNoise(Effect):
         cutoff = np.zeros(4)
         if self.filtered:
             cutoff = own_numbers(plant, self.kind, "filter_cutoff")
-        plant.settings.add_measurement_noise(self.deviation, cutoff, plant.control_period)
+        plant.sensing["sensors"] = {"deviation": self.deviation}
+        plant.sensing["estimator"] = {"cutoff": cutoff}
 
 
 @dataclass(frozen=True, kw_only=True)

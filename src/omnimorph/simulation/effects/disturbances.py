@@ -29,7 +29,8 @@ class ConstantWrench(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Add the wrench to those already there."""
-        plant.settings.add_constant_wrench(np.array([*self.force, *self.torque]))
+        others = plant.laws.get(self.kind, {"constant": np.zeros(6)})["constant"]
+        plant.laws[self.kind] = {"constant": others + np.array([*self.force, *self.torque])}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +56,11 @@ class SineWrench(Effect):
     def add_to(self, plant: PlantBuild) -> None:
         """Set the swinging wrench."""
         amplitude = np.array([*self.force, *self.torque])
-        plant.settings.set_sine_wrench(amplitude, self.frequency, self.phase)
+        plant.laws[self.kind] = {
+            "amplitude": amplitude,
+            "frequency": self.frequency,
+            "phase": self.phase,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,4 +91,5 @@ class WrenchProfile(Effect):
         for name, rows in (("force_N", self.force), ("torque_Nm", torque)):
             if len(rows) != k or any(len(row) != 3 for row in rows):
                 raise ScenarioError.at(self.kind, name, rows, f"{k} rows of three numbers")
-        plant.settings.set_wrench_profile(np.array(self.times), np.hstack([self.force, torque]))
+        rows = np.column_stack([self.times, self.force, torque])
+        plant.laws[self.kind] = {"profile": rows}

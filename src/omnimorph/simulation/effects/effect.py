@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
-from omnimorph import _core
 from omnimorph.design.keys import FILE_KEYS
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record
@@ -25,9 +24,22 @@ FACTORS = Range(1e-6, 1e6)
 
 
 class PlantBuild(NamedTuple):
-    """What an effect is added to: the core's settings, the true vehicle, and two times in s."""
+    """What an effect is added to.
 
-    settings: _core.PlantSettings
+    Attributes
+    ----------
+    laws : dict of str to dict
+        The imperfections of the core's plant by their kind, each with its fields.
+    sensing : dict of str to dict
+        The same of the core's sensors and estimator.
+    vehicle : Vehicle
+        The true one.
+    control_period, step : float, s
+        Of the plant.
+    """
+
+    laws: dict[str, Any]
+    sensing: dict[str, Any]
     vehicle: Vehicle
     control_period: float
     step: float

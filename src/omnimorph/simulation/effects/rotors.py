@@ -53,7 +53,7 @@ class RotorLag(Effect):
         else:
             up = np.full(n, self.up)
             down = up if self.down is None else np.full(n, self.down)
-        plant.settings.add_rotor_lag(up, down)
+        plant.laws[self.kind] = {"up": up, "down": down}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,8 @@ class SpeedLimits(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the limits."""
-        plant.settings.add_speed_limits(*self.of_rotors(plant.vehicle))
+        low, high = self.of_rotors(plant.vehicle)
+        plant.laws[self.kind] = {"speed_min": low, "speed_max": high}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +116,7 @@ class DeadBand(Effect):
             allowed = f"below the rotors' largest speed, {from_SI(float(fastest.min()), 'Hz'):g} Hz"
             largest = from_SI(float(band.max()), "Hz")
             raise ScenarioError.at(self.kind, "smallest_Hz", largest, allowed)
-        plant.settings.add_dead_band(band, self.reversal_time)
+        plant.laws[self.kind] = {"smallest": band, "reversal_time": self.reversal_time}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,7 +140,7 @@ class Effectiveness(Effect):
             allowed = f"one number, or one for each of the {plant.vehicle.n_rotors} rotors"
             raise ScenarioError.at(self.kind, "share", self.share, allowed)
         share = np.broadcast_to(np.asarray(self.share, dtype=np.float64), (plant.vehicle.n_rotors,))
-        plant.settings.set_effectiveness(share.copy())
+        plant.laws[self.kind] = share.copy()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,7 +167,7 @@ class Interference(Effect):
         if not len(stacked_pairs(plant.vehicle)):
             allowed = f"left out, because vehicle {plant.vehicle.name} has no two rotors in line"
             raise ScenarioError.at("the plant", "effect", self.kind, allowed)
-        plant.settings.add_interference(self.model == "blade-element")
+        plant.laws[self.kind] = {"model": self.model}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -182,4 +183,4 @@ class RotorMomentum(Effect):
     def add_to(self, plant: PlantBuild) -> None:
         """Switch it on."""
         own_numbers(plant, self.kind, "spin_inertia", without="realistic-1")
-        plant.settings.add_rotor_momentum()
+        plant.laws[self.kind] = {}

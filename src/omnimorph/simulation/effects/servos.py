@@ -27,7 +27,7 @@ class ServoLag(Effect):
             tau = own_numbers(plant, self.kind, "servo_time_constant", "time_constant_ms")
         else:
             tau = np.full(plant.vehicle.n_servos, self.time_constant)
-        plant.settings.add_servo_lag(tau)
+        plant.laws[self.kind] = {"time_constant": tau}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,4 +41,4 @@ class ServoRateLimit(Effect):
         """Set the rate of every servo."""
         own = self.rate is None
         rate = plant.vehicle.servo_rate_max if own else np.full(plant.vehicle.n_servos, self.rate)
-        plant.settings.add_servo_rate_limit(rate)
+        plant.laws[self.kind] = {"rate": rate}

@@ -1,0 +1,64 @@
+// Everything that a flight is flown by, stage by stage.
+#pragma once
+
+#include "../control/allocation.hpp"
+#include "../control/track.hpp"
+#include "../estimate/estimator.hpp"
+#include "../plant/plant.hpp"
+
+namespace omnimorph {
+
+template <class T, int N> struct ControllerSettings {
+    Vehicle<T, N> model;  // the vehicle as the controller believes it to be
+    TrackingSettings<T> tracking;
+    AllocationSettings<T, N> allocation;
+    double period = 0;  // of control, s
+
+    static constexpr auto fields() {
+        using S = ControllerSettings;
+        return std::make_tuple(field("model", &S::model), field("tracking", &S::tracking), field("allocation", &S::allocation),
+                               field("period", &S::period));
+    }
+};
+
+template <int N> void derive(ControllerSettings<double, N>& s) {
+    derive(s.model);
+    s.tracking.position_first.mass = s.model.mass;
+    s.tracking.position_first.period = s.period;
+}
+
+/// Where a flight begins, and the command that is in force there.
+template <class T, int N> struct FlightStart {
+    Motion<T> motion;
+    Command<T, N> command;
+
+    static constexpr auto fields() {
+        return std::make_tuple(field("motion", &FlightStart::motion), field("command", &FlightStart::command));
+    }
+};
+
+template <class T, int N> struct LoopSettings {
+    ControllerSettings<T, N> controller;
+    MeasurementNoise<T> sensors;
+    LowPass<T> estimator;
+    PlantSettings<T, N> plant;
+    FlightStart<T, N> start;
+    int control_every = 1;      // physics steps between control steps
+    double control_period = 0;  // s
+
+    static constexpr auto fields() {
+        using S = LoopSettings;
+        return std::make_tuple(field("controller", &S::controller), field("sensors", &S::sensors), field("estimator", &S::estimator),
+                               field("plant", &S::plant), field("start", &S::start), field("control_every", &S::control_every),
+                               field("control_period", &S::control_period));
+    }
+};
+
+/// Set what follows from the other fields.
+template <int N> void derive(LoopSettings<double, N>& s) {
+    derive(s.controller);
+    derive(s.estimator, s.control_period);
+    derive(s.plant);
+}
+
+}  // namespace omnimorph

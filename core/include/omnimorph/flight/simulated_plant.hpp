@@ -1,0 +1,64 @@
+// A plant by itself: commands go in, measurements come out, and nobody decides.
+#pragma once
+
+#include <memory>
+
+#include "settings.hpp"
+
+namespace omnimorph {
+
+template <class T, int N> class SimulatedPlant {
+  public:
+    /// Of the settings of a loop, all but its controller.
+    SimulatedPlant(const LoopSettings<T, N>& s, NoiseKey noise)
+        : plant_(s.plant), sensors_(s.sensors), filter_(s.estimator), noise_(noise), control_every_(s.control_every), command_(s.start.command) {
+        state_ = plant_at(plant_, s.start.motion, s.start.command);
+        if (s.plant.delay.steps == 0) return;
+        delay_line_ = std::make_unique<DelayLine<T, N>>();
+        delay_line_->in_force = s.start.command;
+    }
+
+    const Plant<T, N>& plant() const { return plant_; }
+    const PlantState<T, N>& state() const { return state_; }
+    long step() const { return step_; }
+
+    /// The motion as a controller knows it in this control step.
+    Motion<T> measure() {
+        const auto now = static_cast<std::uint32_t>(step_ / control_every_);
+        return estimate_in_step(sensors_, filter_, state_.motion, noise_, now, estimator_).motion;
+    }
+
+    void send(const Command<T, N>& command) {
+        command_ = command;
+        if (delay_line_ != nullptr) delay_line_->send(plant_.settings.delay.steps, step_, command);
+    }
+
+    /// One physics step under the command in force and a push (force in W, torque in B).
+    void advance(const Vec6<T>& push) {
+        omnimorph::advance(plant_, in_force(), step_, push, state_);
+        ++step_;
+    }
+
+    /// One physics step of a body that is bolted down: its actuators go on, and it stays.
+    void advance_actuators() {
+        actuate(plant_, in_force(), {plant_.settings.step}, state_.actuators);
+        state_.load = rotor_load(plant_, state_.actuators);
+        ++step_;
+    }
+
+  private:
+    const Command<T, N>& in_force() { return delay_line_ != nullptr ? delay_line_->arrived(step_) : command_; }
+
+    Plant<T, N> plant_;
+    MeasurementNoise<T> sensors_;
+    LowPass<T> filter_;
+    NoiseKey noise_;
+    int control_every_;
+    long step_ = 0;
+    PlantState<T, N> state_;
+    LowPassState<T> estimator_;
+    Command<T, N> command_;
+    std::unique_ptr<DelayLine<T, N>> delay_line_;
+};
+
+}  // namespace omnimorph

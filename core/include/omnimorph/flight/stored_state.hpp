@@ -1,0 +1,111 @@
+// A state of a flight as bytes: what is kept while a flight rests, and put back to go on, the same to the last bit.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "loop.hpp"
+
+namespace omnimorph {
+
+namespace stored {
+
+/// The names and sizes of everything that a record holds, in order.
+template <class X> void describe(std::string& layout) {
+    if constexpr (fields::is_record<X>) {
+        const auto one = [&](const auto& f) {
+            layout += f.name;
+            layout += '{';
+            describe<std::decay_t<decltype(std::declval<X&>().*f.place)>>(layout);
+            layout += '}';
+        };
+        std::apply([&](const auto&... f) { (one(f), ...); }, X::fields());
+    } else if constexpr (fields::is_array<X>) {
+        using Elements = std::remove_reference_t<decltype(fields::elements_of(std::declval<X&>()))>;
+        layout += std::to_string(std::extent_v<Elements>) + 'x';
+        describe<std::remove_extent_t<Elements>>(layout);
+    } else {
+        layout += std::to_string(sizeof(X));
+    }
+}
+
+/// FNV-1a of the layout: states whose records differ in any field have different versions.
+template <class X> std::uint64_t version_of() {
+    std::string layout;
+    describe<X>(layout);
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const char c : layout) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return hash;
+}
+
+template <class X> void append(std::vector<unsigned char>& bytes, const X& record) {
+    for_each_number(const_cast<X&>(record), record, [&](auto& x, const auto&) {
+        const auto* first = reinterpret_cast<const unsigned char*>(&x);
+        bytes.insert(bytes.end(), first, first + sizeof(x));
+    });
+}
+/// From `at` on; false, if the bytes end before the record does.
+template <class X> bool extract(const std::vector<unsigned char>& bytes, std::size_t& at, X& record) {
+    bool there = true;
+    for_each_number(record, record, [&](auto& x, const auto&) {
+        there = there && at + sizeof(x) <= bytes.size();
+        if constexpr (std::is_same_v<std::decay_t<decltype(x)>, bool>) {
+            if (there) x = bytes[at] != 0;
+        } else {
+            if (there) std::memcpy(&x, bytes.data() + at, sizeof(x));
+        }
+        at += sizeof(x);
+    });
+    return there;
+}
+
+}  // namespace stored
+
+/// What stands before a stored state.
+struct StateHeader {
+    std::uint64_t version = stored::version_of<FlightState<double, 0>>();
+    std::int64_t n_rotors = 0, n_servos = 0, has_delay_line = 0;
+
+    static constexpr auto fields() {
+        using H = StateHeader;
+        return std::make_tuple(field("version", &H::version), field("n_rotors", &H::n_rotors), field("n_servos", &H::n_servos),
+                               field("has_delay_line", &H::has_delay_line));
+    }
+    bool operator==(const StateHeader& o) const {
+        return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos && has_delay_line == o.has_delay_line;
+    }
+};
+
+/// A state, and the commands under way if there is a delay (else null).
+inline std::vector<unsigned char> store(StateHeader header, const FlightState<double, 0>& state, const DelayLine<double, 0>* delay_line) {
+    std::vector<unsigned char> bytes;
+    header.has_delay_line = delay_line != nullptr;
+    stored::append(bytes, header);
+    stored::append(bytes, state);
+    if (delay_line != nullptr) stored::append(bytes, *delay_line);
+    return bytes;
+}
+
+enum class Stored { read, of_another_version, of_another_flight, broken };
+
+/// Whether a flight can be in this state; numbers apart, of which any may be.
+inline bool is_possible(const FlightState<double, 0>& state, const DelayLine<double, 0>* line) {
+    const bool counts = state.step >= 0 && state.last_step[0] >= 0 && state.last_step[0] <= state.step;
+    const bool status = state.status[0] >= FlightStatus::flying && state.status[0] <= FlightStatus::diverged;
+    const bool under_way = line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest && line->newest - line->oldest <= line->places);
+    return counts && status && under_way;
+}
+
+/// Read a state that belongs to a flight with this header.
+inline Stored read_state(const std::vector<unsigned char>& bytes, const StateHeader& expected, FlightState<double, 0>& state,
+                         DelayLine<double, 0>* delay_line) {
+    std::size_t at = 0;
+    StateHeader header;
+    if (!stored::extract(bytes, at, header)) return Stored::broken;
+    if (header.version != expected.version) return Stored::of_another_version;
+    if (!(header == expected)) return Stored::of_another_flight;
+    const bool there = stored::extract(bytes, at, state) && (delay_line == nullptr || stored::extract(bytes, at, *delay_line));
+    return there && at == bytes.size() && is_possible(state, delay_line) ? Stored::read : Stored::broken;
+}
+
+}  // namespace omnimorph

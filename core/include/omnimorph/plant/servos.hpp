@@ -1,0 +1,50 @@
+// A tilt servo follows its command late and only so fast.
+#pragma once
+
+#include "actuators.hpp"
+
+namespace omnimorph {
+
+/// First-order lag: covers the share 1 - e^(-h/tau) of what is left in a step.
+template <class T> struct ServoLag {
+    static constexpr const char* name = "servo-lag";
+    bool active = false;
+    PerServo<T> time_constant{};  // tau, s
+    PerServo<T> keep{};           // e^(-h/tau) over the integrator's actuator step
+
+    static constexpr auto fields() {
+        return std::make_tuple(derived("active", &ServoLag::active), field("time_constant", &ServoLag::time_constant),
+                               derived("keep", &ServoLag::keep));
+    }
+
+    void derive(int, int m, double h) {
+        for (int j = 0; j < m; ++j) keep[j] = decay(h, time_constant[j]);
+    }
+
+    OMNIMORPH_FN T travel(int j, const T& way_left, ActuatorStep step) const {
+        return step.passes() ? (T(1) - keep[j]) * way_left : T(0);
+    }
+};
+
+/// Travels at most the rate limit times the step.
+template <class T> struct ServoRateLimit {
+    static constexpr const char* name = "servo-rate-limit";
+    bool active = false;
+    PerServo<T> rate{};  // rad/s
+    PerServo<T> most{};  // rad in the integrator's actuator step
+
+    static constexpr auto fields() {
+        return std::make_tuple(derived("active", &ServoRateLimit::active), field("rate", &ServoRateLimit::rate),
+                               derived("most", &ServoRateLimit::most));
+    }
+
+    void derive(int, int m, double h) {
+        for (int j = 0; j < m; ++j) most[j] = rate[j] * h;
+    }
+
+    OMNIMORPH_FN T travel(int j, const T& wanted, ActuatorStep step) const {
+        return step.passes() ? clamp(wanted, -most[j], most[j]) : T(0);
+    }
+};
+
+}  // namespace omnimorph

@@ -11,14 +11,23 @@ from tests.physics.test_many_flights import FLIGHT_HASHES, flight_hashes
 from omnimorph import _core
 
 
-@pytest.mark.slow
-def test_every_instruction_set_flies_the_same_flights(tmp_path: Path) -> None:
-    here = flight_hashes(_core.instruction_sets()[-1])
-    packages = build(tmp_path, OMNIMORPH_NATIVE="OFF")
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return build(tmp_path_factory.mktemp("travels"), OMNIMORPH_NATIVE="OFF")
+
+
+@pytest.fixture(scope="module")
+def known(packages: Path) -> list[str]:
+    """The instruction sets that this build and this processor have."""
     told = run_python(
         packages, ["-c", "from omnimorph import _core as c; print(*c.instruction_sets())"], {}
     )
-    known = told.split()
+    return told.split()
+
+
+@pytest.mark.slow
+def test_every_instruction_set_flies_the_same_flights(packages: Path, known: list[str]) -> None:
+    here = flight_hashes(_core.instruction_sets()[-1])
     assert known[0] in ("x86-64-v2", "portable")
     assert _core.instruction_sets()[-1] in known
     for name in known:
@@ -26,3 +35,11 @@ def test_every_instruction_set_flies_the_same_flights(tmp_path: Path) -> None:
         flown_with, hashes = answer.splitlines()
         assert flown_with == name
         assert hashes.split() == here
+
+
+@pytest.mark.slow
+def test_every_instruction_set_flies_the_golden_flights(packages: Path, known: list[str]) -> None:
+    for name in known:
+        check = ["-m", "tests.physics.golden_flights", "--check"]
+        answer = run_python(packages, check, {"OMNIMORPH_SIMD": name})
+        assert answer == f"All flights are as before, with {name}.\n"

@@ -17,21 +17,33 @@ namespace {
 
 using Settings = ControllerSettings<double, 0>;
 
+/// The rules as Python names them.
+enum class RuleName { fixed_tilt, best_in_window, towards_best_in_range, jointly };
+
+AllocationRule<double> rule_from(RuleName rule, int candidates, double tilt_change_weight) {
+    switch (rule) {
+        case RuleName::fixed_tilt: return FixedTilt{};
+        case RuleName::best_in_window: return TiltCandidates{TiltSpan::window, candidates};
+        case RuleName::towards_best_in_range: return TiltCandidates{TiltSpan::range, candidates};
+        case RuleName::jointly: break;
+    }
+    return JointTilt<double>{tilt_change_weight};
+}
+
 Settings make_controller_settings(const AnyVehicle& vehicle, const Array& velocity, const Array& position, const Array& rate, const Array& attitude,
-                                  const Array& input, const Array& input_change, const Array& acceleration, AllocationRule rule, const Array& tilt_change,
+                                  const Array& input, const Array& input_change, const Array& acceleration, RuleName rule, const Array& tilt_change,
                                   int candidates, double tilt_change_weight, std::optional<double> lateral_force, double control_period) {
     for (const Array* gain : {&velocity, &position, &rate, &attitude}) expect_size(*gain, 3, "gain");
     expect_size(acceleration, 6, "acceleration");
-    const bool searches = rule == AllocationRule::best_in_window || rule == AllocationRule::towards_best_in_range;
+    const bool searches = rule == RuleName::best_in_window || rule == RuleName::towards_best_in_range;
     if (searches && vehicle.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
     if (searches && (candidates < 3 || candidates % 2 == 0)) throw nb::value_error("candidates are odd and three or more");
     Settings s;
     s.gains = {vector_from<3>(velocity.data()), vector_from<3>(position.data()), vector_from<3>(rate.data()), vector_from<3>(attitude.data())};
-    s.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
-                 vector_from<6>(acceleration.data()), tilt_change_weight};
-    s.rule = rule;
-    s.tilt_change = per_servo_from(tilt_change, vehicle.n_servos, "tilt_change");
-    s.candidates = candidates;
+    s.allocation.weights = {per_rotor_from(input, vehicle.n_rotors, "input"), per_rotor_from(input_change, vehicle.n_rotors, "input_change"),
+                 vector_from<6>(acceleration.data())};
+    s.allocation.tilt_change = per_servo_from(tilt_change, vehicle.n_servos, "tilt_change");
+    s.allocation.rule = rule_from(rule, candidates, tilt_change_weight);
     if (lateral_force) s.position_first = PositionFirst<double>(*lateral_force, vehicle.mass, control_period);
     return s;
 }
@@ -99,7 +111,7 @@ Numbers costs_over_tilt(const AnyVehicle& vehicle, const Settings& settings, con
         steps[k] = {motion_from(states.data() + k * state_width), vector_from<6>(accelerations.data() + k * 6), {}};
         for (std::size_t i = 0; i < n; ++i) steps[k].previous_thrust[int(i)] = previous_thrusts.data()[k * n + i];
     }
-    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(vehicle, settings.weights, steps, tilts.data(), K); });
+    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(vehicle, settings.allocation.weights, steps, tilts.data(), K); });
     return new_array(costs.data(), {S, K});
 }
 
@@ -155,11 +167,11 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
 
 void bind_loop(nb::module_& m) {
     using namespace nb::literals;
-    nb::enum_<AllocationRule>(m, "AllocationRule")
-        .value("FIXED_TILT", AllocationRule::fixed_tilt)
-        .value("BEST_IN_WINDOW", AllocationRule::best_in_window)
-        .value("TOWARDS_BEST_IN_RANGE", AllocationRule::towards_best_in_range)
-        .value("JOINTLY", AllocationRule::jointly);
+    nb::enum_<RuleName>(m, "AllocationRule")
+        .value("FIXED_TILT", RuleName::fixed_tilt)
+        .value("BEST_IN_WINDOW", RuleName::best_in_window)
+        .value("TOWARDS_BEST_IN_RANGE", RuleName::towards_best_in_range)
+        .value("JOINTLY", RuleName::jointly);
     nb::class_<Settings>(m, "ControllerSettings");
     m.def("make_controller_settings", &make_controller_settings, "vehicle"_a, nb::kw_only(), "velocity"_a, "position"_a, "rate"_a, "attitude"_a, "input"_a,
           "input_change"_a, "acceleration"_a, "rule"_a, "tilt_change"_a, "candidates"_a, "tilt_change_weight"_a, "lateral_force"_a.none(),

@@ -94,13 +94,12 @@ template <>
 std::vector<double> cost_over_tilt<N>(const AnyVehicle& vehicle, const AllocationWeights<double, 0>& weights, const std::vector<ControlStep>& steps,
                                       const double* tilt, std::size_t tilts) {
     const int n = vehicle.n_rotors;
-    const Allocator<double, N> allocator(convert<Vehicle<double, N>>(vehicle),
-                                         {cast<double, N>(weights.input, n), cast<double, N>(weights.input_change, n), weights.acceleration});
+    const auto problem = allocation_problem(convert<Vehicle<double, N>>(vehicle), convert<AllocationWeights<double, N>>(weights));
     std::vector<double> cost(steps.size() * tilts);
     Allocation<double, N> previous{};  // the search for the active bounds begins with none
     for (std::size_t k = 0; k < steps.size(); ++k) {
         previous.command.thrust = cast<double, N>(steps[k].previous_thrust, n);
-        allocator.cost_over_tilt(steps[k].state, steps[k].acceleration, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
+        omnimorph::cost_over_tilt(problem, steps[k].state, Demand<double>{steps[k].acceleration}, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
     }
     return cost;
 }

@@ -94,8 +94,8 @@ namespace fields {
 
 template <class X, class Y, class Visit, std::size_t... I>
 void for_each_number_of_records(X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
-    constexpr auto of_x = X::fields();
-    constexpr auto of_y = Y::fields();
+    [[maybe_unused]] constexpr auto of_x = X::fields();
+    [[maybe_unused]] constexpr auto of_y = Y::fields();
     (for_each_number(x.*std::get<I>(of_x).place, y.*std::get<I>(of_y).place, visit), ...);
 }
 template <class X, class Y, class Visit, std::size_t... I>

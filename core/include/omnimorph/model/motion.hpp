@@ -24,6 +24,10 @@ template <class T> struct Desired {
 template <class T, int N> struct Command {
     PerRotor<T, N> thrust;
     PerServo<T> tilt;
+
+    static constexpr auto fields() {
+        return std::make_tuple(field("thrust", &Command::thrust), field("tilt", &Command::tilt));
+    }
 };
 
 }  // namespace omnimorph

@@ -22,6 +22,10 @@ void make_controller_settings(AnyControllerSettings* self, const nb::dict& field
     Tables none;
     RecordReader(model.n_rotors, model.n_servos, none).read(*self, fields, "controller");
     derive(*self);
+    const auto* candidates = std::get_if<TiltCandidates>(&self->allocation.rule);
+    if (candidates == nullptr) return;
+    if (model.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
+    if (candidates->count < 3 || candidates->count % 2 == 0) throw nb::value_error("candidates are odd and three or more");
 }
 
 /// An allocation as Python sees it; it knows how many rotors and servos it speaks of.

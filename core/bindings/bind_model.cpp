@@ -76,11 +76,13 @@ Numbers thrust_lost(const AnyVehicle& v, const Array& tilt, const Array& speed, 
 
 std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower, const Array& upper, const Array& start) {
     const int n = static_cast<int>(g.size());
-    if (n < 1 || n > most_rotors + most_servos) throw nb::value_error("a box QP has 1 to 36 variables");
+    constexpr int largest = most_rotors + most_servos;
+    if (n < 1 || n > largest) throw nb::value_error("a box QP has 1 to 36 variables");
     expect_size(H, static_cast<std::size_t>(n * n), "H");
-    BoxQp<double, 0> qp(n);
+    BoxQp<double, largest> qp{};
     for (const Array* each : {&lower, &upper, &start}) expect_size(*each, static_cast<std::size_t>(n), "lower, upper or start");
-    BoxQpSolution<double, 0> s;
+    BoxQpSolution<double, largest> s{};
+    for (int i = n; i < largest; ++i) qp.H[i][i] = 1;  // those beyond the last stay 0
     for (int i = 0; i < n; ++i) {
         qp.g[i] = g.data()[i];
         qp.lower[i] = lower.data()[i];

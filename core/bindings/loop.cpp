@@ -145,7 +145,8 @@ std::vector<double> cost_over_tilt<N>(const AnyControllerSettings& settings, con
     Allocation<double, N> previous{};  // the search for the active bounds begins with none
     for (std::size_t k = 0; k < steps.size(); ++k) {
         previous.command.thrust = convert<PerRotor<double, N>>(steps[k].previous_thrust);
-        problem.cost_over_tilt(steps[k].state, steps[k].acceleration, previous, tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
+        omnimorph::cost_over_tilt(problem, steps[k].state, Demand<double>{steps[k].acceleration}, previous, tilt + k * tilts,
+                                  static_cast<int>(tilts), cost.data() + k * tilts);
     }
     return cost;
 }

@@ -15,7 +15,6 @@ namespace omnimorph::python {
 /// The texts that stand for the values of a choice, in order.
 inline std::vector<std::string> texts_of(Integrator) { return {"semi-implicit-euler", "runge-kutta-4"}; }
 inline std::vector<std::string> texts_of(WakeModel) { return {"published", "blade-element"}; }
-inline std::vector<std::string> texts_of(OldRule) { return {"fixed", "window", "range", "joint"}; }
 inline std::vector<std::string> texts_of(TiltSpan) { return {"window", "range"}; }
 
 /// Tables that records point to, kept for as long as they are read.

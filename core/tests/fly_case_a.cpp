@@ -23,13 +23,13 @@ long allocations = 0;
 
 namespace {
 
-bool flies_well(const char* name, omnimorph::AllocationRule rule) {
+bool flies_well(const char* name, const omnimorph::AllocationRule<double>& rule) {
     using namespace omnimorph;
     const auto vehicle = paper::vehicle();
     const Reference reference = paper::flight();
     const FlightSettings settings{45000, 1, 2.0, {0, 0}};
     auto controller = paper::case_a(vehicle, paper::step);
-    controller.rule = rule;
+    controller.allocation.rule = rule;
     const auto flight = std::make_unique<Flight<double, paper::rotors>>(paper::perfect_plant(vehicle), vehicle, controller, reference, paper::start(),
                                                                         paper::hovering(vehicle), settings, std::array<Record, 1>{});
     double largest_error = 0, largest_residual = 0;
@@ -51,7 +51,7 @@ bool flies_well(const char* name, omnimorph::AllocationRule rule) {
 }  // namespace
 
 int main() {
-    const bool three = flies_well("three candidates", omnimorph::AllocationRule::best_in_window);
-    const bool joint = flies_well("thrusts and tilt jointly", omnimorph::AllocationRule::jointly);
+    const bool three = flies_well("three candidates", omnimorph::TiltCandidates{omnimorph::TiltSpan::window, 3});
+    const bool joint = flies_well("thrusts and tilt jointly", omnimorph::JointTilt<double>{0});
     return three && joint ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -49,22 +49,20 @@ template <class T> Desired<T> cast_desired(const Desired<double>& d) {
 
 struct Rule {
     const char* name;
-    AllocationRule rule;
-    int candidates;
+    AllocationRule<double> rule;
     bool position_first = false;
 };
-constexpr Rule rules[] = {{"three candidates", AllocationRule::best_in_window, 3},
-                          {"three candidates, position first", AllocationRule::best_in_window, 3, true},
-                          {"the best in the window", AllocationRule::best_in_window, 7},
-                          {"towards the best in the range", AllocationRule::towards_best_in_range, 13},
-                          {"thrusts and tilt jointly", AllocationRule::jointly, 0}};
+constexpr Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
+                          {"three candidates, position first", TiltCandidates{TiltSpan::window, 3}, true},
+                          {"the best in the window", TiltCandidates{TiltSpan::window, 7}},
+                          {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
+                          {"thrusts and tilt jointly", JointTilt<double>{0}}};
 
 /// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
 template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t flight) {
     const auto vehicle = paper::vehicle();
     auto controller_settings = paper::case_b(vehicle, every * paper::step);
-    controller_settings.rule = rule.rule;
-    controller_settings.candidates = rule.candidates;
+    controller_settings.allocation.rule = rule.rule;
     if (rule.position_first) controller_settings.position_first = {0.05, vehicle.mass, every * paper::step};
     const auto settings = worn_plant(vehicle, integrator);
     const Motion<double> start = paper::start();

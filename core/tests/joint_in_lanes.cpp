@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "omnimorph/control/controller.hpp"
+#include "omnimorph/control/allocation.hpp"
 #include "omnimorph/math/random.hpp"
 #include "omnimorph/math/so3.hpp"
 
@@ -46,11 +46,11 @@ template <int N> Vehicle<double, N> arms() {
     return v;
 }
 
-template <int N> ControllerSettings<double, N> settings_for(const Vehicle<double, N>& v) {
-    ControllerSettings<double, N> s;
+template <int N> AllocationSettings<double, N> settings_for(const Vehicle<double, N>& v) {
+    AllocationSettings<double, N> s{};
     for (int i = 0; i < N; ++i) s.weights.input[i] = s.weights.input_change[i] = 60;
     s.weights.acceleration = {{3e4, 3e4, 3e4, 10, 10, 10}};
-    s.rule = AllocationRule::jointly;
+    s.rule = JointTilt<double>{0};
     for (int j = 0; j < servos; ++j) s.tilt_change[j] = v.rate_max[j] * period;
     return s;
 }
@@ -75,8 +75,12 @@ template <int N> Situation<double, N> situation(const Vehicle<double, N>& v, std
 }
 
 template <class T, int M, int N> Allocation<T, M> answer(const Vehicle<double, N>& v, const Situation<T, M>& s) {
-    Controller<T, M> controller(convert<Vehicle<T, M>>(v), {settings_for(v), N, servos}, s.before);
-    return controller.allocate(s.state, s.acceleration);
+    const auto vehicle = convert<Vehicle<T, M>>(v);
+    const auto settings = convert<AllocationSettings<T, M>>(settings_for(v));
+    Allocation<T, M> answer = first_allocation(vehicle, s.before);
+    AllocationCache<T, M> cache;
+    allocate(settings, allocation_problem(vehicle, settings.weights), s.state, Demand<T>{s.acceleration}, answer, cache);
+    return answer;
 }
 
 template <class T, class S> void put(T& many, int k, const S& one) {

@@ -45,21 +45,20 @@ inline ControllerSettings<double, rotors> case_a(const Vehicle<double, rotors>& 
     s.gains = {{{30, 30, 30}}, {{300, 300, 300}}, {{40, 40, 40}}, {{100, 100, 100}}};
     for (int i = 0; i < rotors; ++i) {
         const double c_f = v.thrust_coefficient[i] * 4 * pi * pi;  // the paper's inputs are in Hz²
-        s.weights.input[i] = 1e-8 / (c_f * c_f);
-        s.weights.input_change[i] = 1e-5 / (c_f * c_f);
+        s.allocation.weights.input[i] = 1e-8 / (c_f * c_f);
+        s.allocation.weights.input_change[i] = 1e-5 / (c_f * c_f);
     }
-    s.weights.acceleration = {{3e6, 3e6, 3e6, 1e3, 1e3, 1e3}};
-    s.rule = AllocationRule::best_in_window;
-    s.candidates = 3;
-    s.tilt_change[0] = v.rate_max[0] * control_period;
+    s.allocation.weights.acceleration = {{3e6, 3e6, 3e6, 1e3, 1e3, 1e3}};
+    s.allocation.rule = TiltCandidates{TiltSpan::window, 3};
+    s.allocation.tilt_change[0] = v.rate_max[0] * control_period;
     return s;
 }
 
 /// Effort counts more, so that the cost decides on the tilt clearly.
 inline ControllerSettings<double, rotors> case_b(const Vehicle<double, rotors>& v, double control_period) {
     ControllerSettings<double, rotors> s = case_a(v, control_period);
-    for (int i = 0; i < rotors; ++i) s.weights.input[i] *= 1e3;
-    s.weights.acceleration = {{3e4, 3e4, 3e4, 10, 10, 10}};
+    for (int i = 0; i < rotors; ++i) s.allocation.weights.input[i] *= 1e3;
+    s.allocation.weights.acceleration = {{3e4, 3e4, 3e4, 10, 10, 10}};
     return s;
 }
 

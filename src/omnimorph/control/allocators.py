@@ -65,6 +65,15 @@ class AllocationRule(Record):
     )
     W3: float | tuple[float, ...] = quantity("per_Hz4", WEIGHTS, _WEIGHT)
 
+    @classmethod
+    def suits(cls, n_servos: int) -> bool:
+        """Return whether the rule can be used for a vehicle of so many servos."""
+        return True
+
+    def core_rule(self) -> tuple[str, dict[str, object]]:
+        """Return the core's name of the rule, and its settings there."""
+        raise TypeError("only the rules made of it can allocate")
+
     def per_thrust(self, vehicle: Vehicle, name: str) -> FloatArray:
         """Return W1 or W3 as (n,) weights of thrust, 1/N²: W / c_f²."""
         weight = np.broadcast_to(np.asarray(getattr(self, name)), (vehicle.n_rotors,))
@@ -77,6 +86,10 @@ class FixedTilt(AllocationRule):
 
     kind: ClassVar[str] = "fixed-tilt"
 
+    def core_rule(self) -> tuple[str, dict[str, object]]:
+        """See `AllocationRule`."""
+        return "fixed-tilt", {}
+
 
 @dataclass(frozen=True, kw_only=True)
 class ThreeCandidates(AllocationRule):
@@ -87,6 +100,15 @@ class ThreeCandidates(AllocationRule):
     """
 
     kind: ClassVar[str] = "three-candidates"
+
+    @classmethod
+    def suits(cls, n_servos: int) -> bool:
+        """See `AllocationRule`."""
+        return n_servos == 1
+
+    def core_rule(self) -> tuple[str, dict[str, object]]:
+        """See `AllocationRule`."""
+        return "tilt-candidates", {"span": "window", "count": 3}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,6 +160,15 @@ class ExhaustiveTilt(AllocationRule):
     span: Span = choice(("window", "range"), '"window" or "range"')
     candidates: int = choice(range(3, 362, 2), "an odd whole number from 3 to 361")
 
+    @classmethod
+    def suits(cls, n_servos: int) -> bool:
+        """See `AllocationRule`."""
+        return n_servos == 1
+
+    def core_rule(self) -> tuple[str, dict[str, object]]:
+        """See `AllocationRule`."""
+        return "tilt-candidates", {"span": self.span, "count": self.candidates}
+
 
 @dataclass(frozen=True, kw_only=True)
 class JointTilt(AllocationRule):
@@ -187,6 +218,15 @@ class JointTilt(AllocationRule):
     kind: ClassVar[str] = "joint-tilt"
 
     W4: float = quantity("", WEIGHTS, "a number, not negative", length=0, default=0.0)
+
+    @classmethod
+    def suits(cls, n_servos: int) -> bool:
+        """See `AllocationRule`."""
+        return n_servos > 0
+
+    def core_rule(self) -> tuple[str, dict[str, object]]:
+        """See `AllocationRule`."""
+        return "joint-tilt", {"tilt_change_weight": self.W4}
 
 
 RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, JointTilt, FixedTilt)

@@ -8,13 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.control.allocators import (
-    AllocationRule,
-    ExhaustiveTilt,
-    JointTilt,
-    Span,
-    ThreeCandidates,
-)
+from omnimorph.control.allocators import RULES, AllocationRule
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.records import check_record
@@ -28,12 +22,6 @@ if TYPE_CHECKING:
     Allocation = _core.Allocation
 
 __all__ = ["PoseController", "core_settings"]
-
-_SPANS: dict[Span, str] = {
-    "window": "window",
-    "range": "range",
-}
-
 
 def core_settings(
     vehicle: Vehicle,
@@ -49,8 +37,8 @@ def core_settings(
     """
     check_record("the controller", "gains", gains, TrackingGains)
     check_record("the controller", "allocator", rule, AllocationRule)
-    core_rule, candidates = _tilts_tried(rule)
-    _refuse_unfit_servos(vehicle, rule)
+    if not rule.suits(vehicle.n_servos):
+        raise _unfit_servos(vehicle, rule)
     for name in ("W1", "W3"):
         if np.size(getattr(rule, name)) not in (1, vehicle.n_rotors):
             allowed = f"one number, or one for each of the {vehicle.n_rotors} rotors"
@@ -72,39 +60,21 @@ def core_settings(
                     "input": input_weight,
                     "input_change": change_weight,
                     "acceleration": np.array([*rule.W2_position, *rule.W2_attitude]),
-                    "tilt_change": rule.W4 if isinstance(rule, JointTilt) else 0.0,
                 },
                 "tilt_change": vehicle.servo_rate_max * control_period,
-                "rule": core_rule,
-                "candidates": candidates,
+                "rule": rule.core_rule(),
             },
             "period": control_period,
         }
     )
 
 
-def _refuse_unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> None:
-    """Refuse a rule that turns one servo where there is not one, or many where there is none."""
+def _unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> ScenarioError:
+    """Build the error for a rule that turns another number of servos; it names those that fit."""
     m = vehicle.n_servos
-    if isinstance(rule, JointTilt) and m == 0:
-        allowed = "fixed-tilt"
-    elif isinstance(rule, ThreeCandidates | ExhaustiveTilt) and m != 1:
-        allowed = "joint-tilt or fixed-tilt" if m else "fixed-tilt"
-    else:
-        return
+    fitting = " or ".join(one.kind for one in RULES if one.suits(m))
     place = f"vehicle {vehicle.name} with {m} servos"
-    raise ScenarioError.at(place, "controller.allocator", rule.kind, allowed)
-
-
-def _tilts_tried(rule: AllocationRule) -> tuple[str, int]:
-    """Return the core's name of a rule and how many tilts it tries: the paper's are three."""
-    if isinstance(rule, ThreeCandidates):
-        return "window", 3
-    if isinstance(rule, ExhaustiveTilt):
-        return _SPANS[rule.span], rule.candidates
-    if isinstance(rule, JointTilt):
-        return "joint", 1
-    return "fixed", 1
+    return ScenarioError.at(place, "controller.allocator", rule.kind, fitting)
 
 
 def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:

@@ -1,26 +1,44 @@
-// temporary
+// Allocation by whatever rule. This is the one place that knows all rules: a rule is a file of its own with a record of
+// settings and a function `allocate`, and a line here.
 #pragma once
-#include "joint_allocate.hpp"
+
+#include <variant>
+
+#include "fixed_tilt.hpp"
+#include "joint_tilt.hpp"
+#include "tilt_candidates.hpp"
+
 namespace omnimorph {
-enum class OldRule { fixed_tilt, best_in_window, towards_best_in_range, jointly };
+
+template <class T> using AllocationRule = std::variant<FixedTilt, TiltCandidates, JointTilt<T>>;
+
 template <class T, int N> struct AllocationSettings {
     AllocationWeights<T, N> weights;
-    OldRule rule = OldRule::fixed_tilt;
-    PerServo<T> tilt_change;
-    int candidates = 3;
-    static constexpr auto fields() { using S = AllocationSettings; return std::make_tuple(field("weights", &S::weights), field("rule", &S::rule), field("tilt_change", &S::tilt_change), field("candidates", &S::candidates)); }
-};
-template <class T, int N> struct AllocationCache {};
-template <class T, int N> using AllocationProblem = JointAllocator<T, N>;
-template <class T, int N> JointAllocator<T, N> allocation_problem(const Vehicle<T, N>& v, const AllocationWeights<T, N>& w) { return JointAllocator<T, N>(v, w); }
-template <class T, int N>
-void allocate(const AllocationSettings<T, N>& s, const JointAllocator<T, N>& problem, const Motion<T>& x, const Demand<T>& d, Allocation<T, N>& last, AllocationCache<T, N>&) {
-    auto& a = const_cast<JointAllocator<T, N>&>(problem);
-    switch (s.rule) {
-        case OldRule::fixed_tilt: a.at_fixed_tilt(x, d.acceleration, last); break;
-        case OldRule::best_in_window: a.best_in_window(x, d.acceleration, last, s.tilt_change[0], s.candidates); break;
-        case OldRule::towards_best_in_range: a.towards_best_in_range(x, d.acceleration, last, s.tilt_change[0], s.candidates); break;
-        case OldRule::jointly: a.jointly(x, d.acceleration, last, s.tilt_change); break;
+    PerServo<T> tilt_change;  // ε: each servo's rate limit times the control period, rad
+    AllocationRule<T> rule;
+
+    static constexpr auto fields() {
+        using S = AllocationSettings;
+        return std::make_tuple(field("weights", &S::weights), field("tilt_change", &S::tilt_change),
+                               field("rule", &S::rule));
     }
+};
+
+/// The answer before a first one: a command, no bound active.
+template <class T, int N>
+OMNIMORPH_FN Allocation<T, N> first_allocation(const Vehicle<T, N>& vehicle, const Command<T, N>& start) {
+    Allocation<T, N> first{start, {}, T(0), T(0), Vec6<T>::zero()};
+    for (int i = 0; i < vehicle.n_rotors; ++i) first.active[i] = T(0);
+    return first;
 }
+
+/// Solve one control step: `last` is the last answer on entry and the new one on return.
+template <class T, int N>
+OMNIMORPH_FN void allocate(const AllocationSettings<T, N>& settings, const AllocationProblem<T, N>& problem,
+                           const Motion<T>& estimate, const Demand<T>& demand, Allocation<T, N>& last,
+                           AllocationCache<T, N>& cache) {
+    std::visit([&](const auto& rule) { allocate(rule, problem, settings.tilt_change, estimate, demand, last, cache); },
+               settings.rule);
 }
+
+}  // namespace omnimorph

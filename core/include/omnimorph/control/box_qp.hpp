@@ -5,7 +5,7 @@
 //   1. fix the variables of the active set at their bounds and solve for the free ones (LDL'),
 //   2. take the gradient, the multipliers of the bounds,
 //   3. exchange every variable that violates its bound or the sign of its multiplier; stop when there is none.
-// A warm start is nearly always right at once. In the rare problem that has not settled after a few exchanges, a primal
+// A warm start is nearly always right at once. In the rare problem that has not converged after a few exchanges, a primal
 // active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in every
 // step. The answer is exact for its active set; the KKT residual proves it.
 #pragma once
@@ -14,9 +14,9 @@
 
 namespace omnimorph {
 
-/// One number for each variable: thrusts, or thrusts and tilts. N is their number, or 0 if it is counted at run time.
+/// One number for each variable: thrusts, or tilts. N is their number, or 0 if it is counted at run time.
 template <class T, int N> struct PerVariable {
-    T a[N > 0 ? N : most_rotors + most_servos];
+    T a[N > 0 ? N : (most_rotors > most_servos ? most_rotors : most_servos)];
     T& operator[](int i) { return a[i]; }
     const T& operator[](int i) const { return a[i]; }
 };
@@ -30,26 +30,24 @@ template <class T, int N> struct BoxQp {
     PerVariable<T, N> g, lower, upper;
     Triangle<T, N> factors;    // of H, made when they are first needed
     bool is_factored = false;  // to be unset by whoever changes H
-    explicit BoxQp(int count = N) : n(count) {}
 };
 
 template <class T, int N> struct BoxQpSolution {
     PerVariable<T, N> x;
     PerVariable<T, N> active;  // -1 at the lower bound, 0 free, +1 at the upper bound; on entry: where to start
-    T kkt_residual;         // max_i |x - clamp(x - (Hx + g))|
-    int iterations;         // systems solved, until the slowest lane was done
+    T kkt_residual;            // max_i |x - clamp(x - (Hx + g))|
+    int iterations;            // systems solved, until the slowest lane had converged
 };
-/// With the factors of H over the free variables, the identity elsewhere.
-template <class T, int N> struct FactoredBoxQpSolution : BoxQpSolution<T, N> {
-    Triangle<T, N> factors;
-};
+
+/// In the place of factors that nobody asks for.
+struct NoFactors {};
 
 namespace box_qp {
 
 template <class T> inline constexpr double tolerance = is_double<T> ? 1e-13 : 1e-5;
 template <class T> inline constexpr double proven = is_double<T> ? 1e-9 : 1e-4;  // by this residual
-inline constexpr int most_exchanges = 10;
-inline constexpr int most_steps = 400;
+inline constexpr int max_exchanges = 10;
+inline constexpr int max_steps = 400;
 
 /// Whether any variable of any lane is at a bound.
 template <class T, int N> OMNIMORPH_FN bool any_active(const PerVariable<T, N>& active, int n) {
@@ -58,10 +56,11 @@ template <class T, int N> OMNIMORPH_FN bool any_active(const PerVariable<T, N>& 
     return any(bounds > T(0));
 }
 
-/// H with the rows and columns of the active set taken out (those of the identity put in); y, on entry -g, becomes the right
-/// side that leaves for the free variables, and for an active one its bound.
+/// The system K x = y with the active variables fixed at their bounds: H with the rows and columns of the identity in the
+/// place of theirs. On entry y is -g.
 template <class T, int N>
-OMNIMORPH_FN void take_out(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K, PerVariable<T, N>& y) {
+OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K,
+                             PerVariable<T, N>& y) {
     PerVariable<Mask<T>, N> free;
     PerVariable<T, N> bound;
     for (int i = 0; i < qp.n; ++i) {
@@ -102,7 +101,8 @@ template <class T, int N> OMNIMORPH_FN Triangle<T, N> factors_of(const Triangle<
 }
 
 /// x of LDL' x = y.
-template <class T, int N> OMNIMORPH_FN void substitute(const Triangle<T, N>& L, PerVariable<T, N> y, PerVariable<T, N>& x, Count<N> count) {
+template <class T, int N>
+OMNIMORPH_FN void substitute(const Triangle<T, N>& L, PerVariable<T, N> y, PerVariable<T, N>& x, Count<N> count) {
     const int n = count;
 #pragma GCC unroll 8
     for (int j = 0; j < n; ++j) {
@@ -120,22 +120,23 @@ template <class T, int N> OMNIMORPH_FN void substitute(const Triangle<T, N>& L, 
 }
 
 /// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors are
-/// those of H, which serve every problem with the same H.
-template <class T, int N, class Solution> OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, Solution& s) {
+/// those of H, which serve every problem with the same H. `factors` receives those of the system solved, unless NoFactors.
+template <class T, int N, class Factors>
+OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     PerVariable<T, N> y;
     for (int i = 0; i < qp.n; ++i) y[i] = -qp.g[i];
-    Triangle<T, N> taken_out;
-    const Triangle<T, N>* factors = &qp.factors;
+    Triangle<T, N> reduced;
+    const Triangle<T, N>* used = &qp.factors;
     if (any_active(s.active, qp.n)) {
-        take_out(qp, s.active, taken_out, y);
-        taken_out = factors_of(taken_out, qp.n);
-        factors = &taken_out;
+        fix_active(qp, s.active, reduced, y);
+        reduced = factors_of(reduced, qp.n);
+        used = &reduced;
     } else if (!qp.is_factored) {
         qp.factors = factors_of(qp.H, qp.n);
         qp.is_factored = true;
     }
-    substitute(*factors, y, s.x, qp.n);
-    if constexpr (std::is_base_of_v<FactoredBoxQpSolution<T, N>, Solution>) s.factors = *factors;
+    substitute(*used, y, s.x, qp.n);
+    if constexpr (!std::is_same_v<Factors, NoFactors>) factors = *used;
 }
 
 template <class T, int N> OMNIMORPH_FN PerVariable<T, N> gradient(const BoxQp<T, N>& qp, const PerVariable<T, N>& x) {
@@ -153,11 +154,13 @@ template <class T, int N> OMNIMORPH_FN PerVariable<T, N> gradient(const BoxQp<T,
 
 /// Where each variable should be instead: the active set after exchanging every violation.
 template <class T, int N>
-OMNIMORPH_FN PerVariable<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSolution<T, N>& s, const PerVariable<T, N>& multiplier) {
+OMNIMORPH_FN PerVariable<T, N> corrected_active_set(const BoxQp<T, N>& qp, const BoxQpSolution<T, N>& s,
+                                                    const PerVariable<T, N>& multiplier) {
     PerVariable<T, N> corrected;
     for (int i = 0; i < qp.n; ++i) {
         const T a = s.active[i];
-        const T outside = select(s.x[i] < qp.lower[i] - T(tolerance<T>), T(-1), select(s.x[i] > qp.upper[i] + T(tolerance<T>), T(1), T(0)));
+        const Mask<T> below = s.x[i] < qp.lower[i] - T(tolerance<T>), above = s.x[i] > qp.upper[i] + T(tolerance<T>);
+        const T outside = select(below, T(-1), select(above, T(1), T(0)));
         const T held = select(a * multiplier[i] > T(tolerance<T>), T(0), a);
         corrected[i] = select(a == T(0), outside, held);
     }
@@ -173,61 +176,65 @@ OMNIMORPH_FN T kkt_residual(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, c
     return residual;
 }
 
-/// Block principal pivoting; tells in which lanes it settled. A settled lane repeats its answer while the others go on.
-template <class T, int N, class Solution> OMNIMORPH_FN Mask<T> block_principal_pivoting(BoxQp<T, N>& qp, Solution& s) {
+/// Block principal pivoting; true in the lanes that converged. Such a lane repeats its answer while the others go on.
+template <class T, int N, class Factors>
+OMNIMORPH_FN Mask<T> block_principal_pivoting(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     for (s.iterations = 1;; ++s.iterations) {
-        solve_free(qp, s);
+        solve_free(qp, s, factors);
         const PerVariable<T, N> multiplier = gradient(qp, s.x);
         const PerVariable<T, N> corrected = corrected_active_set(qp, s, multiplier);
-        Mask<T> settled = T(0) == T(0);
-        for (int i = 0; i < qp.n; ++i) settled = settled & (corrected[i] == s.active[i]);
-        if (all(settled) || s.iterations == most_exchanges) {
+        Mask<T> converged = T(0) == T(0);
+        for (int i = 0; i < qp.n; ++i) converged = converged & (corrected[i] == s.active[i]);
+        if (all(converged) || s.iterations == max_exchanges) {
             s.kkt_residual = kkt_residual(qp, s.x, multiplier);
-            return settled;
+            return converged;
         }
         s.active = corrected;
     }
 }
 
-/// The share of the way from x to the target that keeps every variable within its bounds.
+/// The ratio test: how far x may go towards the target, 1 being all the way, until a first variable reaches its bound;
+/// `ratio` is how far each may go.
 template <class T, int N>
-OMNIMORPH_FN T feasible_share(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& target, PerVariable<T, N>& share) {
+OMNIMORPH_FN T ratio_test(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& target,
+                          PerVariable<T, N>& ratio) {
     T least = T(1);
     for (int i = 0; i < qp.n; ++i) {
         const T bound = select(target[i] < x[i], qp.lower[i], qp.upper[i]);
         const Mask<T> beyond = (!(target[i] == x[i])) & (abs(target[i] - x[i]) > abs(bound - x[i]));
-        share[i] = select(beyond, (bound - x[i]) / select(beyond, target[i] - x[i], T(1)), T(2));
-        least = min(least, share[i]);
+        ratio[i] = select(beyond, (bound - x[i]) / select(beyond, target[i] - x[i], T(1)), T(2));
+        least = min(least, ratio[i]);
     }
     return least;
 }
 
 /// Primal active set: walk towards the minimiser over the free variables until a bound stops it; where none does, free
-/// the variable whose multiplier has the wrong sign most. Lanes that have `settled` stay where they are.
-template <class T, int N, class Solution> OMNIMORPH_FN void primal_active_set(BoxQp<T, N>& qp, Solution& s, Mask<T> settled) {
+/// the variable whose multiplier has the wrong sign most. Lanes that have `converged` stay where they are.
+template <class T, int N, class Factors>
+OMNIMORPH_FN void primal_active_set(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors, Mask<T> converged) {
     PerVariable<T, N> x;
     for (int i = 0; i < qp.n; ++i) {
         x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
         const T at_bound = select(x[i] <= qp.lower[i], T(-1), select(x[i] >= qp.upper[i], T(1), T(0)));
-        s.active[i] = select(settled, s.active[i], at_bound);
+        s.active[i] = select(converged, s.active[i], at_bound);
     }
-    for (const int last = s.iterations + most_steps; any(!settled) && s.iterations < last; ++s.iterations) {
-        solve_free(qp, s);
-        PerVariable<T, N> share;
-        const T way = feasible_share(qp, x, s.x, share);
+    for (const int last = s.iterations + max_steps; any(!converged) && s.iterations < last; ++s.iterations) {
+        solve_free(qp, s, factors);
+        PerVariable<T, N> ratio;
+        const T step = ratio_test(qp, x, s.x, ratio);
         for (int i = 0; i < qp.n; ++i) {
             const T bound = select(s.x[i] < x[i], qp.lower[i], qp.upper[i]);
-            const Mask<T> stopped = (share[i] <= way) & !settled;
+            const Mask<T> stopped = (ratio[i] <= step) & !converged;
             s.active[i] = select(stopped, select(s.x[i] < x[i], T(-1), T(1)), s.active[i]);
-            x[i] = select(stopped, bound, select(way < T(1), x[i] + way * (s.x[i] - x[i]), s.x[i]));
+            x[i] = select(stopped, bound, select(step < T(1), x[i] + step * (s.x[i] - x[i]), s.x[i]));
         }
         const PerVariable<T, N> multiplier = gradient(qp, x);
         T worst = T(tolerance<T>);
         for (int i = 0; i < qp.n; ++i) worst = max(worst, s.active[i] * multiplier[i]);
-        const Mask<T> arrived = !(way < T(1));
-        settled = settled | (arrived & (worst <= T(tolerance<T>)));
+        const Mask<T> arrived = !(step < T(1));
+        converged = converged | (arrived & (worst <= T(tolerance<T>)));
         for (int i = 0; i < qp.n; ++i) {
-            const Mask<T> freed = (arrived & !settled) & (s.active[i] * multiplier[i] >= worst);
+            const Mask<T> freed = (arrived & !converged) & (s.active[i] * multiplier[i] >= worst);
             s.active[i] = select(freed, T(0), s.active[i]);
         }
         s.kkt_residual = kkt_residual(qp, x, multiplier);
@@ -237,11 +244,17 @@ template <class T, int N, class Solution> OMNIMORPH_FN void primal_active_set(Bo
 
 }  // namespace box_qp
 
-/// Solve, starting from the active set that `s` brings; a FactoredBoxQpSolution also tells the last factors.
-template <class T, int N, class Solution> OMNIMORPH_FN void solve(BoxQp<T, N>& qp, Solution& s) {
-    const Mask<T> settled = box_qp::block_principal_pivoting(qp, s);
-    if (any(!settled)) box_qp::primal_active_set(qp, s, settled);
+/// Solve, starting from the active set that `s` brings; `factors` receives those of H over the variables that are free at
+/// the end, with the identity elsewhere.
+template <class T, int N, class Factors>
+OMNIMORPH_FN void solve(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
+    const Mask<T> converged = box_qp::block_principal_pivoting(qp, s, factors);
+    if (any(!converged)) box_qp::primal_active_set(qp, s, factors, converged);
     for (int i = 0; i < qp.n; ++i) s.x[i] = clamp(s.x[i], qp.lower[i], qp.upper[i]);
+}
+template <class T, int N> OMNIMORPH_FN void solve(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s) {
+    NoFactors none;
+    solve(qp, s, none);
 }
 
 }  // namespace omnimorph

@@ -102,8 +102,8 @@ namespace fields {
 
 template <class X, class Y, class Visit, std::size_t... I>
 void for_each_number_of_records(X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
-    constexpr auto of_x = X::fields();
-    constexpr auto of_y = Y::fields();
+    [[maybe_unused]] constexpr auto of_x = X::fields();
+    [[maybe_unused]] constexpr auto of_y = Y::fields();
     (for_each_number(x.*std::get<I>(of_x).place, y.*std::get<I>(of_y).place, visit), ...);
 }
 template <class X, class Y, class Visit, std::size_t... I>
@@ -126,7 +126,7 @@ namespace fields {
 
 template <class X, class Y, class Visit, std::size_t... I>
 void for_each_leaf_of_record(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
-    const auto one = [&](const auto& of_x, const auto& of_y) {
+    [[maybe_unused]] const auto one = [&](const auto& of_x, const auto& of_y) {
         using Member = std::decay_t<decltype(x.*of_x.place)>;
         const std::string beside = path.empty() ? "" : path + ".";
         if (!of_x.is_derived) for_each_leaf(is_list<Member> ? path : beside + of_x.name, x.*of_x.place, y.*of_y.place, visit);

@@ -12,7 +12,8 @@ template <class T> struct Motion {
     Vec3<T> w;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("p", &Motion::p), field("v", &Motion::v), field("R", &Motion::R), field("w", &Motion::w));
+        using M = Motion;
+        return std::make_tuple(field("p", &M::p), field("v", &M::v), field("R", &M::R), field("w", &M::w));
     }
 };
 
@@ -29,7 +30,9 @@ template <class T, int N> struct Command {
     PerRotor<T, N> thrust;
     PerServo<T> tilt;
 
-    static constexpr auto fields() { return std::make_tuple(field("thrust", &Command::thrust), field("tilt", &Command::tilt)); }
+    static constexpr auto fields() {
+        return std::make_tuple(field("thrust", &Command::thrust), field("tilt", &Command::tilt));
+    }
 };
 
 }  // namespace omnimorph

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "omnimorph/math/elementary.hpp"
+#include "omnimorph/math/pack.hpp"
 
 using namespace omnimorph;
 
@@ -49,16 +50,16 @@ template <class S, int Lanes> Largest<S> largest_errors() {
         const S x = within(-most, most), positive = k % 2 ? std::exp(x) : within(0.6, 1.6), u = within(-1, 1);
         const S height = within(-1, 1) * std::exp(within(-10, 10)), width = within(-1, 1) * std::exp(within(-10, 10));
         const S cosine = k % 2 ? u : std::copysign(1 - std::exp(within(-30, 0)), u);  // also close to ±1
-        out.exponential = std::max(out.exponential, units_off(exp(x), std::exp(static_cast<long double>(x))));
-        if (positive != 1) out.logarithm = std::max(out.logarithm, units_off(log(positive), std::log(static_cast<long double>(positive))));
-        out.tangent = std::max(out.tangent, units_off(atan2(height, width), std::atan2(static_cast<long double>(height), static_cast<long double>(width))));
-        if (std::fabs(cosine) < 1) out.cosine = std::max(out.cosine, units_off(acos(cosine), std::acos(static_cast<long double>(cosine))));
+        out.exponential = std::max(out.exponential, units_off(omnimorph::exp(x), std::exp(static_cast<long double>(x))));
+        if (positive != 1) out.logarithm = std::max(out.logarithm, units_off(omnimorph::log(positive), std::log(static_cast<long double>(positive))));
+        out.tangent = std::max(out.tangent, units_off(omnimorph::atan2(height, width), std::atan2(static_cast<long double>(height), static_cast<long double>(width))));
+        if (std::fabs(cosine) < 1) out.cosine = std::max(out.cosine, units_off(omnimorph::acos(cosine), std::acos(static_cast<long double>(cosine))));
         Pack<S, Lanes> a, b;
         for (int l = 0; l < Lanes; ++l) a.set(l, within(-1, 1)), b.set(l, within(-1, 1));
-        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto& q) { return atan2(p, q); });
-        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto&) { return acos(p); });
-        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto& q) { return exp(p * q); });
-        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto&) { return log(p * p); });
+        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto& q) { return omnimorph::atan2(p, q); });
+        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto&) { return omnimorph::acos(p); });
+        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto& q) { return omnimorph::exp(p * q); });
+        out.differ_in_lanes += lanes_that_differ(a, b, [](const auto& p, const auto&) { return omnimorph::log(p * p); });
     }
     return out;
 }
@@ -72,10 +73,10 @@ template <class S, int Lanes> bool is_well(const char* name) {
 
 bool edges_are_well() {
     const double nothing = std::nan(""), pi = 3.14159265358979323846;
-    return exp(0.0) == 1 && exp(-1e6) == 0 && log(1.0) == 0 && atan2(0.0, 0.0) == 0 && atan2(0.0, 2.0) == 0 &&
-           atan2(0.0, -2.0) == pi && atan2(3.0, 0.0) == pi / 2 && atan2(-3.0, 0.0) == -pi / 2 && acos(1.0) == 0 &&
-           acos(-1.0) == pi && acos(7.0) == 0 && !(atan2(nothing, 1.0) == 0) && !(exp(nothing) == 0) &&
-           atan2(1.0, 1.0) == pi / 4;
+    return omnimorph::exp(0.0) == 1 && omnimorph::exp(-1e6) == 0 && omnimorph::log(1.0) == 0 && omnimorph::atan2(0.0, 0.0) == 0 && omnimorph::atan2(0.0, 2.0) == 0 &&
+           omnimorph::atan2(0.0, -2.0) == pi && omnimorph::atan2(3.0, 0.0) == pi / 2 && omnimorph::atan2(-3.0, 0.0) == -pi / 2 && omnimorph::acos(1.0) == 0 &&
+           omnimorph::acos(-1.0) == pi && omnimorph::acos(7.0) == 0 && !(omnimorph::atan2(nothing, 1.0) == 0) && !(omnimorph::exp(nothing) == 0) &&
+           omnimorph::atan2(1.0, 1.0) == pi / 4;
 }
 
 }  // namespace

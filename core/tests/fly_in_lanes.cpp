@@ -17,34 +17,28 @@ constexpr NoiseKey first_flight{7, 40};
 PlantSettings<double, paper::rotors> worn_plant(const Vehicle<double, paper::rotors>& vehicle, Integrator integrator) {
     auto plant = paper::perfect_plant(vehicle);
     plant.integrator = integrator;
-    plant.delay_steps = 3;
-    plant.rotor_momentum = plant.interference = true;
-    const double h = plant.actuator_step();
-    plant.speed_limits.active = plant.dead_band.active = plant.rotor_lag.active = true;
+    plant.delay = {true, 3};
+    plant.rotor_momentum.active = plant.interference.active = true;
+    auto& [limits, dead_band, rotor_lag] = plant.rotor_laws;
+    auto& [servo_lag, servo_rate_limit] = plant.servo_laws;
+    limits.active = dead_band.active = rotor_lag.active = servo_lag.active = servo_rate_limit.active = true;
     for (int i = 0; i < paper::rotors; ++i) {
         plant.effectiveness[i] = 0.95 + 0.01 * (i % 3);
-        plant.speed_limits.speed_min[i] = vehicle.speed_min[i];
-        plant.speed_limits.speed_max[i] = vehicle.speed_max[i];
-        plant.dead_band.smallest[i] = 30 * 2 * paper::pi;
-        plant.rotor_lag.keep_up[i] = std::exp(-h / 0.010);
-        plant.rotor_lag.keep_down[i] = std::exp(-h / 0.014);
+        limits.speed_min[i] = vehicle.speed_min[i];
+        limits.speed_max[i] = vehicle.speed_max[i];
+        dead_band.smallest[i] = 30 * 2 * paper::pi;
+        rotor_lag.up[i] = 0.010;
+        rotor_lag.down[i] = 0.014;
     }
-    plant.dead_band.reversal_time = 0.005;
-    plant.servo_lag.active = plant.servo_rate_limit.active = true;
-    plant.servo_lag.keep[0] = std::exp(-h / 0.02);
-    plant.servo_rate_limit.most[0] = vehicle.rate_max[0] * h;
-    plant.measurement_noise.active = true;
-    plant.measurement_noise.deviation = {{1e-3, 1e-2, 3e-3, 1e-2}};
-    plant.measurement_noise.filter_gain = {{1, 1, 0.5, 0.5}};
-    plant.disturbance.active = true;
-    plant.disturbance.constant = {{0.2, 0, 0.1, 0, 0.001, 0}};
-    plant.disturbance.amplitude = {{0.1, 0.1, 0, 0, 0, 0.002}};
-    plant.disturbance.frequency = 3;
+    dead_band.reversal_time = 0.005;
+    servo_lag.time_constant[0] = 0.02;
+    servo_rate_limit.rate[0] = vehicle.rate_max[0];
+    auto& [constant, sine, profile] = plant.forces;
+    constant = {true, {{0.2, 0, 0.1, 0, 0.001, 0}}};
+    sine = {true, {{0.1, 0.1, 0, 0, 0, 0.002}}, 3, 0};
+    static const double rows[] = {0, 0, 0, 0, 0, 0, 0, 1, 0.05, 0, 0, 0, 0, 0};
+    profile = {true, {rows, 14}};
     return plant;
-}
-
-template <class T> Desired<T> cast_desired(const Desired<double>& d) {
-    return {cast<T>(d.p), cast<T>(d.v), cast<T>(d.R), cast<T>(d.w), cast<T>(d.a), cast<T>(d.dw)};
 }
 
 struct Rule {
@@ -52,36 +46,27 @@ struct Rule {
     AllocationRule<double> rule;
     bool position_first = false;
 };
-constexpr Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
-                          {"three candidates, position first", TiltCandidates{TiltSpan::window, 3}, true},
-                          {"the best in the window", TiltCandidates{TiltSpan::window, 7}},
-                          {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
-                          {"thrusts and tilt jointly", JointTilt<double>{0}}};
+const Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
+                      {"three candidates, position first", TiltCandidates{TiltSpan::window, 3}, true},
+                      {"the best in the window", TiltCandidates{TiltSpan::window, 7}},
+                      {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
+                      {"thrusts and tilt jointly", JointTilt<double>{0}}};
 
 /// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
-template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t flight) {
+template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t number) {
     const auto vehicle = paper::vehicle();
-    auto controller_settings = paper::case_b(vehicle, every * paper::step);
-    controller_settings.allocation.rule = rule.rule;
-    if (rule.position_first) controller_settings.position_first = {0.05, vehicle.mass, every * paper::step};
-    const auto settings = worn_plant(vehicle, integrator);
-    const Motion<double> start = paper::start();
-    const Command<double, paper::rotors> hover = paper::hovering(vehicle);
-    Command<T, N> command{cast<T, N>(hover.thrust, paper::rotors), cast<T>(hover.tilt, 1)};
-    Plant<T, N> plant(PlantSettings<T, N>(settings), {cast<T>(start.p), cast<T>(start.v), cast<T>(start.R), cast<T>(start.w)}, command);
-    const Vehicle<T, N> model(vehicle);
-    Controller<T, N> controller(model, {controller_settings, paper::rotors, 1}, command);
-    const Reference reference = paper::flight();
-    auto memory = MeasurementNoise<T>::at_rest();
-    for (long k = 0; k < steps; ++k) {
-        if (k % every == 0) {
-            const NoiseKey key{first_flight.seed, flight};
-            const auto measured = plant.settings().measurement_noise.measure(plant.motion, key, std::uint32_t(k / every), memory);
-            plant.send(k, controller.step(measured, cast_desired<T>(reference.at(k, double(k) * paper::step))).command);
-        }
-        plant.advance(k, Vec6<T>::zero());
-    }
-    return plant.motion;
+    auto controller = paper::case_b(vehicle, every * paper::step);
+    controller.allocation.rule = rule.rule;
+    if (rule.position_first) controller.tracking.position_first = {true, 0.05, 0, 0};
+    auto settings = paper::loop(controller, worn_plant(vehicle, integrator), every);
+    settings.sensors = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
+    settings.estimator.cutoff = {{0, 0, 150, 150}};
+    derive(settings);
+    const auto segments = paper::flight();
+    const auto flight = std::make_unique<Flight<T, N>>(convert<LoopSettings<T, N>>(settings), paper::along(segments),
+                                                       FlightLimits{steps, 1e9, {first_flight.seed, number}}, PerLane<Record, T>{});
+    flight->advance(steps);
+    return flight->state().plant.motion;
 }
 
 template <class T> double difference(const Motion<T>& many, int index, const Motion<double>& alone) {

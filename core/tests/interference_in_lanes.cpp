@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "omnimorph/math/pack.hpp"
 #include "omnimorph/model/interference.hpp"
 
 using namespace omnimorph;
@@ -17,7 +18,7 @@ using Many = Pack<double, lanes>;
 /// Rotors 0 to 2 one below another, the middle one a little to the side; only the numbers that interference reads.
 Vehicle<double, rotors> column() {
     const double hub[rotors][3] = {{0, 0, 0.2}, {0.02, 0, 0}, {0, 0, -0.3}, {0.5, 0, 0.1}};
-    Vehicle<double, rotors> v;
+    Vehicle<double, rotors> v{};
     v.n_servos = rotors;
     for (int i = 0; i < rotors; ++i) {
         v.position[i] = {{hub[i][0], hub[i][1], hub[i][2]}};
@@ -27,17 +28,6 @@ Vehicle<double, rotors> column() {
         v.servo[i] = i;
     }
     return v;
-}
-
-template <class T, int N> Vehicle<T, N> same(const Vehicle<double, rotors>& v) {
-    Vehicle<T, N> w(rotors);
-    w.n_servos = v.n_servos;
-    w.position = cast<T, N>(v.position, rotors);
-    w.axis = cast<T, N>(v.axis, rotors);
-    w.axis_cosine = cast<T, N>(v.axis_cosine, rotors);
-    w.axis_sine = cast<T, N>(v.axis_sine, rotors);
-    w.servo = cast<int, N>(v.servo, rotors);
-    return w;
 }
 
 template <class T, int N>
@@ -54,8 +44,8 @@ int main() {
     for (const WakeModel model : {WakeModel::published, WakeModel::blade_element}) {
         const auto vehicle = column();
         const Interference<double, rotors> alone(vehicle, model);
-        const Interference<Many, rotors> together(same<Many, rotors>(vehicle), model);
-        const Interference<double, 0> counted(same<double, 0>(vehicle), model);
+        const Interference<Many, rotors> together(convert<Vehicle<Many, rotors>>(vehicle), model);
+        const Interference<double, 0> counted(convert<Vehicle<double, 0>>(vehicle), model);
         int different = 0, losing = 0, wrong = 0;
         for (int round = 0; round < rounds; ++round) {
             PerServo<Many> tilts{};

@@ -1,6 +1,8 @@
 // The paper's vehicle, its two cases and the 45 s flight, written out in C++ (the TOML files of the package say the same).
 #pragma once
 
+#include <vector>
+
 #include "omnimorph/flight/flight.hpp"
 
 namespace paper {
@@ -41,8 +43,10 @@ inline Vehicle<double, rotors> vehicle() {
 }
 
 inline ControllerSettings<double, rotors> case_a(const Vehicle<double, rotors>& v, double control_period) {
-    ControllerSettings<double, rotors> s;
-    s.gains = {{{30, 30, 30}}, {{300, 300, 300}}, {{40, 40, 40}}, {{100, 100, 100}}};
+    ControllerSettings<double, rotors> s{};
+    s.model = v;
+    s.period = control_period;
+    s.tracking.gains = {{{30, 30, 30}}, {{300, 300, 300}}, {{40, 40, 40}}, {{100, 100, 100}}};
     for (int i = 0; i < rotors; ++i) {
         const double c_f = v.thrust_coefficient[i] * 4 * pi * pi;  // the paper's inputs are in Hz²
         s.allocation.weights.input[i] = 1e-8 / (c_f * c_f);
@@ -63,7 +67,7 @@ inline ControllerSettings<double, rotors> case_b(const Vehicle<double, rotors>& 
 }
 
 inline PlantSettings<double, rotors> perfect_plant(const Vehicle<double, rotors>& v) {
-    PlantSettings<double, rotors> plant(rotors);
+    PlantSettings<double, rotors> plant{};
     plant.vehicle = v;
     plant.step = step;
     for (int i = 0; i < rotors; ++i) {
@@ -74,7 +78,7 @@ inline PlantSettings<double, rotors> perfect_plant(const Vehicle<double, rotors>
 }
 
 /// Climb, descend, sideways and back, the same at 30 degrees of roll, a full turn on the spot, climb, hover.
-inline Reference flight() {
+inline std::vector<Segment> flight() {
     struct Leg {
         double duration;
         Vec3<double> move;
@@ -83,18 +87,18 @@ inline Reference flight() {
     const Leg legs[] = {{3, {{0, 0, 0.8}}, 0},  {3, {{0, 0, -0.8}}, 0}, {3, {{0, 0.5, 0}}, 0},        {3, {{0, -0.5, 0}}, 0},
                         {2, {{0, 0, 0}}, pi / 6}, {3, {{0.5, 0, 0}}, 0},  {3, {{-0.5, 0, 0}}, 0},       {2, {{0, 0, 0}}, -pi / 6},
                         {18, {{0, 0, 0}}, 2 * pi}, {3, {{0, 0, 0.4}}, 0},  {2, {{0, 0, 0}}, 0}};
-    Reference reference;
+    std::vector<Segment> segments;
     double time = 0;
     Vec3<double> p{{0, 0, 1.2}};
     Mat3<double> R = Mat3<double>::identity();
     const Vec3<double> roll_axis{{1, 0, 0}};
     for (const Leg& leg : legs) {
-        reference.segments.push_back({time, leg.duration, p, leg.move, R, roll_axis, leg.roll});
+        segments.push_back({time, leg.duration, p, leg.move, R, roll_axis, leg.roll});
         time += leg.duration;
         p = p + leg.move;
         R = exp_so3(leg.roll * roll_axis) * R;
     }
-    return reference;
+    return segments;
 }
 
 inline Motion<double> start() { return {{{0, 0, 1.2}}, Vec3<double>::zero(), Mat3<double>::identity(), Vec3<double>::zero()}; }
@@ -105,5 +109,19 @@ inline Command<double, rotors> hovering(const Vehicle<double, rotors>& v) {
     hover.tilt[0] = 0;
     return hover;
 }
+
+/// The whole loop; control every so many physics steps, in a plant of its own.
+inline LoopSettings<double, rotors> loop(const ControllerSettings<double, rotors>& controller, const PlantSettings<double, rotors>& plant, int every) {
+    LoopSettings<double, rotors> s{};
+    s.controller = controller;
+    s.plant = plant;
+    s.start = {start(), hovering(controller.model)};
+    s.control_every = every;
+    s.control_period = every * step;
+    derive(s);
+    return s;
+}
+
+inline Reference along(const std::vector<Segment>& segments) { return {segments.data(), static_cast<long>(segments.size()), nullptr, 0}; }
 
 }  // namespace paper

@@ -19,7 +19,9 @@ inline constexpr int state_width = 18, desired_width = 24;  // p R v w; and a dw
 
 inline void expect_size(const Array& array, std::size_t size, const char* name) {
     if (array.size() != size)
-        throw nb::value_error((std::string(name) + " has " + std::to_string(array.size()) + " numbers, not " + std::to_string(size)).c_str());
+        throw nb::value_error(
+            (std::string(name) + " has " + std::to_string(array.size()) + " numbers, not " + std::to_string(size))
+                .c_str());
 }
 
 /// A new NumPy array of the given shape holding a copy of `values`.
@@ -65,13 +67,16 @@ inline PerServo<double> per_servo_from(const Array& array, int m, const char* na
     for (int j = 0; j < m; ++j) x[j] = array.data()[j];
     return x;
 }
-inline Motion<double> motion_from(const double* s) { return {vector_from<3>(s), vector_from<3>(s + 12), matrix_from(s + 3), vector_from<3>(s + 15)}; }
+inline Motion<double> motion_from(const double* s) {
+    return {vector_from<3>(s), vector_from<3>(s + 12), matrix_from(s + 3), vector_from<3>(s + 15)};
+}
 inline Motion<double> motion_from(const Array& array) {
     expect_size(array, state_width, "state");
     return motion_from(array.data());
 }
 inline Desired<double> desired_from(const double* d) {
-    return {vector_from<3>(d), vector_from<3>(d + 12), matrix_from(d + 3), vector_from<3>(d + 15), vector_from<3>(d + 18), vector_from<3>(d + 21)};
+    return {vector_from<3>(d),      vector_from<3>(d + 12), matrix_from(d + 3),
+            vector_from<3>(d + 15), vector_from<3>(d + 18), vector_from<3>(d + 21)};
 }
 inline Desired<double> desired_from(const Array& array) {
     expect_size(array, desired_width, "desired");

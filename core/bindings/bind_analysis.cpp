@@ -14,13 +14,20 @@ namespace {
 /// Call `work` with the number of rows, 1 to 6, as a constant.
 template <class Work> auto with_rows(std::size_t rows, Work work) {
     switch (rows) {
-        case 1: return work(std::integral_constant<int, 1>());
-        case 2: return work(std::integral_constant<int, 2>());
-        case 3: return work(std::integral_constant<int, 3>());
-        case 4: return work(std::integral_constant<int, 4>());
-        case 5: return work(std::integral_constant<int, 5>());
-        case 6: return work(std::integral_constant<int, 6>());
-        default: throw nb::value_error("the matrix has 1 to 6 rows");
+        case 1:
+            return work(std::integral_constant<int, 1>());
+        case 2:
+            return work(std::integral_constant<int, 2>());
+        case 3:
+            return work(std::integral_constant<int, 3>());
+        case 4:
+            return work(std::integral_constant<int, 4>());
+        case 5:
+            return work(std::integral_constant<int, 5>());
+        case 6:
+            return work(std::integral_constant<int, 6>());
+        default:
+            throw nb::value_error("the matrix has 1 to 6 rows");
     }
 }
 
@@ -39,16 +46,19 @@ std::tuple<Numbers, Numbers> bounding_hyperplanes_of(const Array& generators) {
         constexpr int R = rows;
         const auto g = columns_of<R>(generators);
         std::vector<double> normals, distances;
-        bounding_hyperplanes<R>(g.data(), static_cast<int>(g.size()), [&](const Vec<double, R>& normal, double distance) {
-            normals.insert(normals.end(), normal.a, normal.a + R);
-            distances.push_back(distance);
-        });
-        return std::make_tuple(new_array(normals.data(), {distances.size(), R}), new_array(distances.data(), {distances.size()}));
+        bounding_hyperplanes<R>(g.data(), static_cast<int>(g.size()),
+                                [&](const Vec<double, R>& normal, double distance) {
+                                    normals.insert(normals.end(), normal.a, normal.a + R);
+                                    distances.push_back(distance);
+                                });
+        return std::make_tuple(new_array(normals.data(), {distances.size(), R}),
+                               new_array(distances.data(), {distances.size()}));
     });
 }
 
 /// Corners (V, 3), the corners of each facet in order, and the halfspace it lies on.
-std::tuple<Numbers, std::vector<std::vector<int>>, std::vector<int>> facets_of_halfspaces(const Array& normals, const Array& distances) {
+std::tuple<Numbers, std::vector<std::vector<int>>, std::vector<int>> facets_of_halfspaces(const Array& normals,
+                                                                                          const Array& distances) {
     const std::size_t count = distances.size();
     expect_size(normals, 3 * count, "normals");
     std::vector<Vec3<double>> n;
@@ -60,9 +70,11 @@ std::tuple<Numbers, std::vector<std::vector<int>>, std::vector<int>> facets_of_h
 }
 
 /// Thrusts (K, n), multipliers (K, r), residuals (K,) and outcomes (K,) for K wrenches.
-std::tuple<Numbers, Numbers, Numbers, Numbers> least_effort(const Array& matrix, const Array& wrenches, const Array& price, const Array& lower,
-                                                            const Array& upper, bool power) {
-    if (matrix.ndim() != 2 || matrix.shape(1) > most_rotors || wrenches.ndim() != 2 || wrenches.shape(1) != matrix.shape(0))
+std::tuple<Numbers, Numbers, Numbers, Numbers> least_effort(const Array& matrix, const Array& wrenches,
+                                                            const Array& price, const Array& lower, const Array& upper,
+                                                            bool power) {
+    if (matrix.ndim() != 2 || matrix.shape(1) > most_rotors || wrenches.ndim() != 2 ||
+        wrenches.shape(1) != matrix.shape(0))
         throw nb::value_error("least_effort takes a matrix (r, n) and wrenches (K, r), n at most 18");
     const std::size_t n = matrix.shape(1), K = wrenches.shape(0);
     expect_size(price, n, "price");
@@ -88,8 +100,8 @@ std::tuple<Numbers, Numbers, Numbers, Numbers> least_effort(const Array& matrix,
             residuals.push_back(s.residual);
             outcomes.push_back(static_cast<double>(s.outcome));
         }
-        return std::make_tuple(new_array(thrusts.data(), {K, n}), new_array(multipliers.data(), {K, R}), new_array(residuals.data(), {K}),
-                               new_array(outcomes.data(), {K}));
+        return std::make_tuple(new_array(thrusts.data(), {K, n}), new_array(multipliers.data(), {K, R}),
+                               new_array(residuals.data(), {K}), new_array(outcomes.data(), {K}));
     });
 }
 

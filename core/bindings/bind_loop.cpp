@@ -25,7 +25,8 @@ void make_controller_settings(AnyControllerSettings* self, const nb::dict& field
     const auto* candidates = std::get_if<TiltCandidates>(&self->allocation.rule);
     if (candidates == nullptr) return;
     if (model.n_servos != 1) throw nb::value_error("a rule that tries tilts needs exactly one servo");
-    if (candidates->count < 3 || candidates->count % 2 == 0) throw nb::value_error("candidates are odd and three or more");
+    if (candidates->count < 3 || candidates->count % 2 == 0)
+        throw nb::value_error("candidates are odd and three or more");
 }
 
 /// An allocation as Python sees it; it knows how many rotors and servos it speaks of.
@@ -64,7 +65,8 @@ void advance(BoundFlight& f, long most_steps) {
 
 /// Thrusts (K, n) and tilts (K, m) of K control steps, one after the other.
 std::tuple<Numbers, Numbers> replayed(const BoundController& controller, const Array& states, const Array& desired) {
-    const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller->n_rotors), m = static_cast<std::size_t>(controller->n_servos);
+    const std::size_t K = states.size() / state_width, n = static_cast<std::size_t>(controller->n_rotors),
+                      m = static_cast<std::size_t>(controller->n_servos);
     expect_size(states, K * state_width, "states");
     expect_size(desired, K * desired_width, "desired");
     std::vector<Motion<double>> estimates;
@@ -79,10 +81,11 @@ std::tuple<Numbers, Numbers> replayed(const BoundController& controller, const A
 }
 
 /// Costs (S, K) of S control steps at K tilts each.
-Numbers costs_over_tilt(const AnyControllerSettings& settings, const Array& states, const Array& accelerations, const Array& previous_thrusts,
-                        const Array& tilts) {
+Numbers costs_over_tilt(const AnyControllerSettings& settings, const Array& states, const Array& accelerations,
+                        const Array& previous_thrusts, const Array& tilts) {
     const AnyVehicle& vehicle = settings.model;
-    if (tilts.ndim() != 2 || vehicle.n_servos != 1) throw nb::value_error("cost_over_tilt takes rows of tilts of a single servo");
+    if (tilts.ndim() != 2 || vehicle.n_servos != 1)
+        throw nb::value_error("cost_over_tilt takes rows of tilts of a single servo");
     const std::size_t S = tilts.shape(0), K = tilts.shape(1), n = static_cast<std::size_t>(int(vehicle.n_rotors));
     expect_size(states, S * state_width, "states");
     expect_size(accelerations, S * 6, "accelerations");
@@ -92,17 +95,19 @@ Numbers costs_over_tilt(const AnyControllerSettings& settings, const Array& stat
         steps[k] = {motion_from(states.data() + k * state_width), vector_from<6>(accelerations.data() + k * 6), {}};
         for (std::size_t i = 0; i < n; ++i) steps[k].previous_thrust[int(i)] = previous_thrusts.data()[k * n + i];
     }
-    const auto costs = with_rotors(vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(settings, steps, tilts.data(), K); });
+    const auto costs = with_rotors(
+        vehicle.n_rotors, [&](auto rotors) { return cost_over_tilt<rotors>(settings, steps, tilts.data(), K); });
     return new_array(costs.data(), {S, K});
 }
 
 BoundController new_controller(const AnyControllerSettings& settings, const Array& thrust, const Array& tilt) {
     const AnyCommand start = command_from(thrust, tilt, settings.model.n_rotors, settings.model.n_servos);
-    return {with_rotors(settings.model.n_rotors, [&](auto rotors) { return make_controller<rotors>(settings, start); })};
+    return {
+        with_rotors(settings.model.n_rotors, [&](auto rotors) { return make_controller<rotors>(settings, start); })};
 }
 
-BoundFlight new_flight(const nb::object& settings, const nb::object& reference, long steps, double lost_beyond, std::uint64_t seed, std::uint32_t flight,
-                       bool is_recorded) {
+BoundFlight new_flight(const nb::object& settings, const nb::object& reference, long steps, double lost_beyond,
+                       std::uint64_t seed, std::uint32_t flight, bool is_recorded) {
     const AnyLoopSettings& s = nb::cast<const BoundSettings&>(settings).settings;
     const int n = s.controller.model.n_rotors, m = s.controller.model.n_servos;
     if (n == 0) throw nb::value_error("a flight has a controller");
@@ -111,7 +116,8 @@ BoundFlight new_flight(const nb::object& settings, const nb::object& reference, 
     if (is_recorded) bound.columns = std::make_shared<RunColumns>(static_cast<std::size_t>(steps + 1), n, m);
     const Record record = is_recorded ? bound.columns->record() : Record();
     const Reference followed = nb::cast<const BoundReference&>(reference).view();
-    bound.flight = with_rotors(n, [&](auto rotors) { return make_flight<rotors>(s, followed, {steps, lost_beyond, {seed, flight}}, record); });
+    bound.flight = with_rotors(
+        n, [&](auto rotors) { return make_flight<rotors>(s, followed, {steps, lost_beyond, {seed, flight}}, record); });
     return bound;
 }
 
@@ -123,17 +129,25 @@ nb::bytes store(const BoundFlight& flight) {
 void restore(const BoundFlight& flight, const nb::bytes& state) {
     const auto* first = reinterpret_cast<const unsigned char*>(state.c_str());
     switch (flight->restore({first, first + state.size()})) {
-        case Stored::read: return;
-        case Stored::of_another_version: throw nb::value_error("it was stored by another version of omnimorph");
-        case Stored::of_another_flight: throw nb::value_error("it is of another flight: rotors, servos or delay differ");
-        case Stored::broken: throw nb::value_error("it is broken");
+        case Stored::read:
+            return;
+        case Stored::of_another_version:
+            throw nb::value_error("it was stored by another version of omnimorph");
+        case Stored::of_another_flight:
+            throw nb::value_error("it is of another flight: rotors, servos or delay differ");
+        case Stored::broken:
+            throw nb::value_error("it is broken");
     }
 }
 
 /// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.
 bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, const Array& wrench_asked) {
     expect_size(wrench_asked, 6, "wrench_asked");
-    AnyAllocation a{command_from(thrust, tilt, flight->n_rotors, flight->n_servos), {}, std::nan(""), std::nan(""), vector_from<6>(wrench_asked.data())};
+    AnyAllocation a{command_from(thrust, tilt, flight->n_rotors, flight->n_servos),
+                    {},
+                    std::nan(""),
+                    std::nan(""),
+                    vector_from<6>(wrench_asked.data())};
     double sum = 0;
     for (int j = 0; j < flight->n_servos; ++j) sum += a.command.tilt[j];
     for (int i = 0; i < flight->n_rotors; ++i) {
@@ -162,23 +176,38 @@ void bind_loop(nb::module_& m) {
         .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
         .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
     nb::class_<BoundController>(m, "Controller")
-        .def("step", [](const BoundController& c, const Array& state, const Array& desired) {
-            return AllocationView{c->step(motion_from(state), desired_from(desired)), c->n_rotors, c->n_servos};
-        }, "state"_a, "desired"_a)
-        .def("allocate", [](const BoundController& c, const Array& state, const Array& acceleration) {
-            expect_size(acceleration, 6, "acceleration");
-            return AllocationView{c->allocate(motion_from(state), {vector_from<6>(acceleration.data())}), c->n_rotors, c->n_servos};
-        }, "state"_a, "acceleration"_a)
+        .def(
+            "step",
+            [](const BoundController& c, const Array& state, const Array& desired) {
+                return AllocationView{c->step(motion_from(state), desired_from(desired)), c->n_rotors, c->n_servos};
+            },
+            "state"_a, "desired"_a)
+        .def(
+            "allocate",
+            [](const BoundController& c, const Array& state, const Array& acceleration) {
+                expect_size(acceleration, 6, "acceleration");
+                return AllocationView{c->allocate(motion_from(state), {vector_from<6>(acceleration.data())}),
+                                      c->n_rotors, c->n_servos};
+            },
+            "state"_a, "acceleration"_a)
         .def("replay", &replayed, "states"_a, "desired"_a);
     m.def("new_controller", &new_controller, "settings"_a, "thrust"_a, "tilt"_a);
-    m.def("cost_over_tilt", &costs_over_tilt, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a, "tilts"_a);
-    m.def("reference_acceleration", [](const AnyControllerSettings& s, const Array& state, const Array& desired) {
-        return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.tracking.gains).a, {6});
-    }, "settings"_a, "state"_a, "desired"_a);
-    m.def("wrench_for", [](const AnyVehicle& v, const Array& state, const Array& acceleration) {
-        expect_size(acceleration, 6, "acceleration");
-        return new_array(wrench_for(v, motion_from(state), vector_from<6>(acceleration.data())).a, {6});
-    }, "vehicle"_a, "state"_a, "acceleration"_a);
+    m.def("cost_over_tilt", &costs_over_tilt, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a,
+          "tilts"_a);
+    m.def(
+        "reference_acceleration",
+        [](const AnyControllerSettings& s, const Array& state, const Array& desired) {
+            return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.tracking.gains).a,
+                             {6});
+        },
+        "settings"_a, "state"_a, "desired"_a);
+    m.def(
+        "wrench_for",
+        [](const AnyVehicle& v, const Array& state, const Array& acceleration) {
+            expect_size(acceleration, 6, "acceleration");
+            return new_array(wrench_for(v, motion_from(state), vector_from<6>(acceleration.data())).a, {6});
+        },
+        "vehicle"_a, "state"_a, "acceleration"_a);
 
     nb::class_<BoundReference>(m, "Reference").def("__init__", &make_reference, "segments"_a, "samples"_a);
 
@@ -193,24 +222,37 @@ void bind_loop(nb::module_& m) {
         .def("measure", [](const BoundFlight& f) { return as_array(f->measure()); })
         .def("motion", [](const BoundFlight& f) { return as_array(f->state().plant.motion); })
         .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })
-        .def("control", [](const BoundFlight& f, const Array& state, const Array& desired) {
-            return AllocationView{f->control(motion_from(state), desired_from(desired)), f->n_rotors, f->n_servos};
-        }, "state"_a, "desired"_a)
+        .def(
+            "control",
+            [](const BoundFlight& f, const Array& state, const Array& desired) {
+                return AllocationView{f->control(motion_from(state), desired_from(desired)), f->n_rotors, f->n_servos};
+            },
+            "state"_a, "desired"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
-        .def("change_controller", [](const BoundFlight& f, const AnyControllerSettings& settings) { f->change_controller(settings); }, "settings"_a)
-        .def("set_effectiveness", [](const BoundFlight& f, const Array& share) {
-            f->set_effectiveness(per_rotor_from(share, f->n_rotors, "share"));
-        }, "share"_a)
-        .def("integrate", [](const BoundFlight& f, int steps, const Array& push) {
-            expect_size(push, 6, "push");
-            f->integrate(steps, vector_from<6>(push.data()));
-        }, "steps"_a, "push"_a)
+        .def(
+            "change_controller",
+            [](const BoundFlight& f, const AnyControllerSettings& settings) { f->change_controller(settings); },
+            "settings"_a)
+        .def(
+            "set_effectiveness",
+            [](const BoundFlight& f, const Array& share) {
+                f->set_effectiveness(per_rotor_from(share, f->n_rotors, "share"));
+            },
+            "share"_a)
+        .def(
+            "integrate",
+            [](const BoundFlight& f, int steps, const Array& push) {
+                expect_size(push, 6, "push");
+                f->integrate(steps, vector_from<6>(push.data()));
+            },
+            "steps"_a, "push"_a)
         .def("columns", [](const BoundFlight& f) { return f.columns ? RunColumns::arrays(f.columns) : nb::dict(); })
         .def("store", &store)
         .def("restore", &restore, "state"_a)
         .def_prop_ro("step", [](const BoundFlight& f) { return f->step(); })
         .def_prop_ro("status", [](const BoundFlight& f) { return f->status(); });
-    m.def("new_flight", &new_flight, nb::kw_only(), "settings"_a, "reference"_a, "steps"_a, "lost_beyond"_a, "seed"_a, "flight"_a, "is_recorded"_a);
+    m.def("new_flight", &new_flight, nb::kw_only(), "settings"_a, "reference"_a, "steps"_a, "lost_beyond"_a, "seed"_a,
+          "flight"_a, "is_recorded"_a);
 }
 
 }  // namespace omnimorph::python

@@ -4,9 +4,9 @@
 #include <nanobind/stl/vector.h>
 
 #include "bind.hpp"
-#include "records.hpp"
-#include "omnimorph/model/interference.hpp"
 #include "omnimorph/math/random.hpp"
+#include "omnimorph/model/interference.hpp"
+#include "records.hpp"
 
 namespace omnimorph::python {
 
@@ -14,15 +14,18 @@ namespace {
 
 /// A vehicle of as many rotors as there are spins, and of as many servos as there are least angles.
 AnyVehicle make_vehicle(const nb::dict& fields) {
-    const int n = static_cast<int>(nb::cast<Array>(fields["spin"], false).size()), m = static_cast<int>(nb::cast<Array>(fields["angle_min"], false).size());
-    if (n < 1 || n > most_rotors || m > most_servos) throw nb::value_error("a vehicle has 1 to 18 rotors and 0 to 18 servos");
+    const int n = static_cast<int>(nb::cast<Array>(fields["spin"], false).size()),
+              m = static_cast<int>(nb::cast<Array>(fields["angle_min"], false).size());
+    if (n < 1 || n > most_rotors || m > most_servos)
+        throw nb::value_error("a vehicle has 1 to 18 rotors and 0 to 18 servos");
     AnyVehicle v{};
     v.n_rotors = Count<0>(n);
     v.n_servos = m;
     Tables none;
     RecordReader(n, m, none).read(v, fields, "vehicle");
     for (int i = 0; i < n; ++i)
-        if (v.servo[i] < 0 || v.servo[i] >= std::max(m, 1)) throw nb::value_error("a rotor names a servo that the vehicle does not have");
+        if (v.servo[i] < 0 || v.servo[i] >= std::max(m, 1))
+            throw nb::value_error("a rotor names a servo that the vehicle does not have");
     derive(v);
     return v;
 }
@@ -61,7 +64,8 @@ Numbers tilt_derivative(const AnyVehicle& v, const Array& thrust, const Array& t
 std::vector<std::array<int, 2>> stacked_pairs(const AnyVehicle& v) {
     const Interference<double, 0> interference(v, WakeModel::published);
     std::vector<std::array<int, 2>> pairs;
-    for (int p = 0; p < interference.n_pairs(); ++p) pairs.push_back({interference.pair(p).above, interference.pair(p).below});
+    for (int p = 0; p < interference.n_pairs(); ++p)
+        pairs.push_back({interference.pair(p).above, interference.pair(p).below});
     return pairs;
 }
 
@@ -74,13 +78,15 @@ Numbers thrust_lost(const AnyVehicle& v, const Array& tilt, const Array& speed, 
     return new_array(share.a, {static_cast<std::size_t>(v.n_rotors)});
 }
 
-std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower, const Array& upper, const Array& start) {
+std::tuple<Numbers, Numbers, double, int> solve_box_qp(const Array& H, const Array& g, const Array& lower,
+                                                       const Array& upper, const Array& start) {
     const int n = static_cast<int>(g.size());
     constexpr int largest = most_rotors + most_servos;
     if (n < 1 || n > largest) throw nb::value_error("a box QP has 1 to 36 variables");
     expect_size(H, static_cast<std::size_t>(n * n), "H");
     BoxQp<double, largest> qp{};
-    for (const Array* each : {&lower, &upper, &start}) expect_size(*each, static_cast<std::size_t>(n), "lower, upper or start");
+    for (const Array* each : {&lower, &upper, &start})
+        expect_size(*each, static_cast<std::size_t>(n), "lower, upper or start");
     BoxQpSolution<double, largest> s{};
     for (int i = n; i < largest; ++i) qp.H[i][i] = 1;  // those beyond the last stay 0
     for (int i = 0; i < n; ++i) {
@@ -118,11 +124,17 @@ void bind_model(nb::module_& m) {
     m.def("thrust_lost", &thrust_lost, "vehicle"_a, "tilt"_a, "speed"_a, "blade_element"_a);
     m.def("solve_box_qp", &solve_box_qp, "H"_a, "g"_a, "lower"_a, "upper"_a, "start"_a);
     m.def("measurement_normals", &measurement_normals, "seed"_a, "flight"_a, "first_step"_a, "steps"_a);
-    m.def("philox", [](std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) { return philox(counter, key); }, "counter"_a, "key"_a);
-    m.def("rotation_exponential", [](const Array& phi) {
-        expect_size(phi, 3, "phi");
-        return new_array(exp_so3(vector_from<3>(phi.data())).a[0], {3, 3});
-    }, "phi"_a);
+    m.def(
+        "philox",
+        [](std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) { return philox(counter, key); },
+        "counter"_a, "key"_a);
+    m.def(
+        "rotation_exponential",
+        [](const Array& phi) {
+            expect_size(phi, 3, "phi");
+            return new_array(exp_so3(vector_from<3>(phi.data())).a[0], {3, 3});
+        },
+        "phi"_a);
 }
 
 }  // namespace omnimorph::python

@@ -21,7 +21,8 @@ struct BoundPlant {
 
 BoundPlant new_plant(const nb::object& settings, std::uint64_t seed, std::uint32_t flight) {
     const AnyLoopSettings& s = nb::cast<const BoundSettings&>(settings).settings;
-    return {settings, with_rotors(s.plant.vehicle.n_rotors, [&](auto rotors) { return make_plant<rotors>(s, {seed, flight}); })};
+    return {settings,
+            with_rotors(s.plant.vehicle.n_rotors, [&](auto rotors) { return make_plant<rotors>(s, {seed, flight}); })};
 }
 
 /// Speeds (steps, n) of all rotors and loads (steps, 6) of one hub, of a plant that is bolted down.
@@ -46,27 +47,43 @@ void bind_plant(nb::module_& m) {
         .def("__init__", &make_settings, "fields"_a)
         .def("places", [](const BoundSettings& s) {
             std::vector<std::tuple<std::string, std::size_t, bool>> all;
-            for (const FieldPlace& place : places_in(s.settings)) all.emplace_back(place.path, place.width, place.varies);
+            for (const FieldPlace& place : places_in(s.settings))
+                all.emplace_back(place.path, place.width, place.varies);
             return all;
         });
     nb::class_<BoundPlant>(m, "Plant")
         .def("measure", [](const BoundPlant& p) { return as_array(p->measure()); })
-        .def("send", [](const BoundPlant& p, const Array& thrust, const Array& tilt) {
-            p->send(command_from(thrust, tilt, p->n_rotors, p->n_servos));
-        }, "thrust"_a, "tilt"_a)
-        .def("advance", [](const BoundPlant& p, int steps, const Array& push) {
-            expect_size(push, 6, "push");
-            for (int k = 0; k < steps; ++k) p->advance(vector_from<6>(push.data()));
-        }, "steps"_a, "push"_a)
+        .def(
+            "send",
+            [](const BoundPlant& p, const Array& thrust, const Array& tilt) {
+                p->send(command_from(thrust, tilt, p->n_rotors, p->n_servos));
+            },
+            "thrust"_a, "tilt"_a)
+        .def(
+            "advance",
+            [](const BoundPlant& p, int steps, const Array& push) {
+                expect_size(push, 6, "push");
+                for (int k = 0; k < steps; ++k) p->advance(vector_from<6>(push.data()));
+            },
+            "steps"_a, "push"_a)
         .def("run_actuators", &run_actuators, "steps"_a, "rotor"_a)
         .def("motion", [](const BoundPlant& p) { return as_array(p->state().motion); })
-        .def("speed", [](const BoundPlant& p) { return new_array(p->state().actuators.speed.a, {static_cast<std::size_t>(p->n_rotors)}); })
-        .def("tilt", [](const BoundPlant& p) { return new_array(p->state().actuators.tilt.a, {static_cast<std::size_t>(p->n_servos)}); })
+        .def("speed",
+             [](const BoundPlant& p) {
+                 return new_array(p->state().actuators.speed.a, {static_cast<std::size_t>(p->n_rotors)});
+             })
+        .def("tilt",
+             [](const BoundPlant& p) {
+                 return new_array(p->state().actuators.tilt.a, {static_cast<std::size_t>(p->n_servos)});
+             })
         .def("wrench", [](const BoundPlant& p) { return new_array(p->state().load.wrench.a, {6}); })
-        .def("hub_load", [](const BoundPlant& p, int rotor) {
-            if (rotor < 0 || rotor >= p->n_rotors) throw nb::value_error("the plant has no such rotor");
-            return new_array(p->hub_load(rotor).a, {6});
-        }, "rotor"_a)
+        .def(
+            "hub_load",
+            [](const BoundPlant& p, int rotor) {
+                if (rotor < 0 || rotor >= p->n_rotors) throw nb::value_error("the plant has no such rotor");
+                return new_array(p->hub_load(rotor).a, {6});
+            },
+            "rotor"_a)
         .def_prop_ro("step", [](const BoundPlant& p) { return p->step(); });
     m.def("new_plant", &new_plant, nb::kw_only(), "settings"_a, "seed"_a, "flight"_a);
 }

@@ -10,7 +10,8 @@ struct BoundReference {
     std::vector<double> samples;
 
     Reference view() const {
-        return {segments.data(), static_cast<long>(segments.size()), samples.data(), static_cast<long>(samples.size() / desired_width)};
+        return {segments.data(), static_cast<long>(segments.size()), samples.data(),
+                static_cast<long>(samples.size() / desired_width)};
     }
 };
 
@@ -20,7 +21,8 @@ inline void make_reference(BoundReference* self, const Array& segments, const Ar
         throw nb::value_error("a reference has rows of 21 (segments) or 24 numbers (samples)");
     for (std::size_t k = 0; k < segments.size(); k += 21) {
         const double* row = segments.data() + k;
-        self->segments.push_back({row[0], row[1], vector_from<3>(row + 2), vector_from<3>(row + 5), matrix_from(row + 8), vector_from<3>(row + 17), row[20]});
+        self->segments.push_back({row[0], row[1], vector_from<3>(row + 2), vector_from<3>(row + 5),
+                                  matrix_from(row + 8), vector_from<3>(row + 17), row[20]});
     }
     self->samples.assign(samples.data(), samples.data() + samples.size());
 }

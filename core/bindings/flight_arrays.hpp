@@ -15,7 +15,8 @@ inline AnyCommand command_from(const Array& thrust, const Array& tilt, int n, in
 /// Refuse a flight whose rows cannot be counted: its columns have one for each physics step and one more.
 inline void expect_times(long steps, int control_every, bool is_recorded) {
     constexpr long most_recorded = 1L << 31;
-    if (steps < 0 || control_every < 1) throw nb::value_error("a flight has steps, and at least one between two commands");
+    if (steps < 0 || control_every < 1)
+        throw nb::value_error("a flight has steps, and at least one between two commands");
     if (is_recorded && steps > most_recorded) throw nb::value_error("a flight that is recorded has at most 2^31 steps");
 }
 
@@ -26,7 +27,7 @@ class RunColumns {
     RunColumns(std::size_t rows, int n, int m) : rows_(rows), n_(n), m_(m) {
         const auto add = [&](const auto& column) {
             using Number = typename std::decay_t<decltype(column)>::Number;
-            const std::size_t bytes = rows * static_cast<std::size_t>(column.width(n, m)) * sizeof(Number);
+            const std::size_t bytes = rows * static_cast<std::size_t>(column.width(Count<0>(n), m)) * sizeof(Number);
             numbers_.emplace_back(new unsigned char[bytes + 1]);  // some vehicles have no servo
         };
         std::apply([&](const auto&... column) { (add(column), ...); }, columns<double, 0>());
@@ -48,7 +49,10 @@ class RunColumns {
             using Number = typename std::decay_t<decltype(column)>::Number;
             std::vector<std::size_t> shape{run->rows_};
             for (const int extent : column.shape)
-                if (extent != 0) shape.push_back(static_cast<std::size_t>(extent == per_rotor ? run->n_ : extent == per_servo ? run->m_ : extent));
+                if (extent != 0)
+                    shape.push_back(static_cast<std::size_t>(extent == per_rotor   ? run->n_
+                                                             : extent == per_servo ? run->m_
+                                                                                   : extent));
             const auto* numbers = reinterpret_cast<const Number*>(run->numbers_[k++].get());
             out[column.name] = nb::ndarray<nb::numpy, const Number>(numbers, shape.size(), shape.data(), owner);
         };

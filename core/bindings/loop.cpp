@@ -7,23 +7,31 @@ namespace {
 
 constexpr int N = OMNIMORPH_ROTORS;
 
-Command<double, N> counted(const AnyCommand& command) { return convert<Command<double, N>>(command); }
-AnyAllocation uncounted(const Allocation<double, N>& allocation) { return convert<AnyAllocation>(allocation); }
+Command<double, N> counted(const AnyCommand& command) {
+    return convert<Command<double, N>>(command);
+}
+AnyAllocation uncounted(const Allocation<double, N>& allocation) {
+    return convert<AnyAllocation>(allocation);
+}
 
 class CountedController final : public AnyController {
   public:
     CountedController(const AnyControllerSettings& settings, const AnyCommand& start)
-        : settings_(convert<ControllerSettings<double, N>>(settings)), problem_(allocation_problem(settings_.model, settings_.allocation.weights)) {
+        : settings_(convert<ControllerSettings<double, N>>(settings)),
+          problem_(allocation_problem(settings_.model, settings_.allocation.weights)) {
         n_rotors = settings.model.n_rotors;
         n_servos = settings.model.n_servos;
         last_.command = counted(start);
     }
-    AnyAllocation step(const Motion<double>& estimate, const Desired<double>& desired) override { return uncounted(decided(estimate, desired)); }
+    AnyAllocation step(const Motion<double>& estimate, const Desired<double>& desired) override {
+        return uncounted(decided(estimate, desired));
+    }
     AnyAllocation allocate(const Motion<double>& estimate, const Demand<double>& demand) override {
         omnimorph::allocate(settings_.allocation, problem_, estimate, demand, last_, cache_);
         return uncounted(last_);
     }
-    void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired, double* thrust, double* tilt) override {
+    void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired, double* thrust,
+                double* tilt) override {
         for (std::size_t k = 0; k < steps; ++k) {
             const Command<double, N>& command = decided(estimates[k], desired[k]).command;
             for (int i = 0; i < n_rotors; ++i) *thrust++ = command.thrust[i];
@@ -47,7 +55,8 @@ class CountedController final : public AnyController {
 
 class CountedPlant final : public AnyPlant {
   public:
-    CountedPlant(const AnyLoopSettings& settings, NoiseKey noise) : plant_(convert<LoopSettings<double, N>>(settings), noise) {
+    CountedPlant(const AnyLoopSettings& settings, NoiseKey noise)
+        : plant_(convert<LoopSettings<double, N>>(settings), noise) {
         n_rotors = settings.plant.vehicle.n_rotors;
         n_servos = settings.plant.vehicle.n_servos;
     }
@@ -56,7 +65,9 @@ class CountedPlant final : public AnyPlant {
     void advance(const Vec6<double>& push) override { plant_.advance(push); }
     void advance_actuators() override { plant_.advance_actuators(); }
     PlantState<double, 0> state() const override { return convert<PlantState<double, 0>>(plant_.state()); }
-    Vec6<double> hub_load(int rotor) const override { return omnimorph::hub_load(plant_.plant(), plant_.state().actuators, rotor); }
+    Vec6<double> hub_load(int rotor) const override {
+        return omnimorph::hub_load(plant_.plant(), plant_.state().actuators, rotor);
+    }
     long step() const override { return plant_.step(); }
 
   private:
@@ -65,7 +76,8 @@ class CountedPlant final : public AnyPlant {
 
 class CountedFlight final : public AnyFlight {
   public:
-    CountedFlight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record)
+    CountedFlight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits,
+                  const Record& record)
         : steps_(limits.steps), flight_(convert<LoopSettings<double, N>>(settings), reference, limits, {{record}}) {
         const AnyVehicle& model = settings.controller.model;
         n_rotors = model.n_rotors;
@@ -86,7 +98,9 @@ class CountedFlight final : public AnyFlight {
     void change_controller(const AnyControllerSettings& settings) override {
         flight_.change_controller(convert<ControllerSettings<double, N>>(settings));
     }
-    void set_effectiveness(const PerRotor<double, 0>& share) override { flight_.set_effectiveness(convert<PerRotor<double, N>>(share)); }
+    void set_effectiveness(const PerRotor<double, 0>& share) override {
+        flight_.set_effectiveness(convert<PerRotor<double, N>>(share));
+    }
     void integrate(int steps, const Vec6<double>& push) override {
         for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), push);
     }
@@ -126,27 +140,30 @@ class CountedFlight final : public AnyFlight {
 
 }  // namespace
 
-template <> std::unique_ptr<AnyController> make_controller<N>(const AnyControllerSettings& settings, const AnyCommand& start) {
+template <>
+std::unique_ptr<AnyController> make_controller<N>(const AnyControllerSettings& settings, const AnyCommand& start) {
     return std::make_unique<CountedController>(settings, start);
 }
 template <> std::unique_ptr<AnyPlant> make_plant<N>(const AnyLoopSettings& settings, NoiseKey noise) {
     return std::make_unique<CountedPlant>(settings, noise);
 }
 template <>
-std::unique_ptr<AnyFlight> make_flight<N>(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record) {
+std::unique_ptr<AnyFlight> make_flight<N>(const AnyLoopSettings& settings, const Reference& reference,
+                                          const FlightLimits& limits, const Record& record) {
     return std::make_unique<CountedFlight>(settings, reference, limits, record);
 }
 
 template <>
-std::vector<double> cost_over_tilt<N>(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps, const double* tilt, std::size_t tilts) {
+std::vector<double> cost_over_tilt<N>(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps,
+                                      const double* tilt, std::size_t tilts) {
     const auto counted_settings = convert<ControllerSettings<double, N>>(settings);
     const auto problem = allocation_problem(counted_settings.model, counted_settings.allocation.weights);
     std::vector<double> cost(steps.size() * tilts);
     Allocation<double, N> previous{};  // the search for the active bounds begins with none
     for (std::size_t k = 0; k < steps.size(); ++k) {
         previous.command.thrust = convert<PerRotor<double, N>>(steps[k].previous_thrust);
-        omnimorph::cost_over_tilt(problem, steps[k].state, Demand<double>{steps[k].acceleration}, previous, tilt + k * tilts,
-                                  static_cast<int>(tilts), cost.data() + k * tilts);
+        omnimorph::cost_over_tilt(problem, steps[k].state, Demand<double>{steps[k].acceleration}, previous,
+                                  tilt + k * tilts, static_cast<int>(tilts), cost.data() + k * tilts);
     }
     return cost;
 }

@@ -22,7 +22,8 @@ class AnyController {
     virtual AnyAllocation step(const Motion<double>& estimate, const Desired<double>& desired) = 0;
     virtual AnyAllocation allocate(const Motion<double>& estimate, const Demand<double>& demand) = 0;
     /// One control step after the other: row k of thrust and tilt answers row k of the states and desired motions.
-    virtual void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired, double* thrust, double* tilt) = 0;
+    virtual void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired,
+                        double* thrust, double* tilt) = 0;
     int n_rotors = 0, n_servos = 0;
 };
 
@@ -67,12 +68,15 @@ struct ControlStep {
     PerRotor<double, 0> previous_thrust;
 };
 
-template <int N> std::unique_ptr<AnyController> make_controller(const AnyControllerSettings& settings, const AnyCommand& start);
+template <int N>
+std::unique_ptr<AnyController> make_controller(const AnyControllerSettings& settings, const AnyCommand& start);
 template <int N> std::unique_ptr<AnyPlant> make_plant(const AnyLoopSettings& settings, NoiseKey noise);
 template <int N>
-std::unique_ptr<AnyFlight> make_flight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits, const Record& record);
+std::unique_ptr<AnyFlight> make_flight(const AnyLoopSettings& settings, const Reference& reference,
+                                       const FlightLimits& limits, const Record& record);
 /// Row k holds the costs of step k at its own `tilts` angles, row k of `tilt`; the vehicle has one servo.
 template <int N>
-std::vector<double> cost_over_tilt(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps, const double* tilt, std::size_t tilts);
+std::vector<double> cost_over_tilt(const AnyControllerSettings& settings, const std::vector<ControlStep>& steps,
+                                   const double* tilt, std::size_t tilts);
 
 }  // namespace omnimorph::python

@@ -13,9 +13,15 @@
 namespace omnimorph::python {
 
 /// The texts that stand for the values of a choice, in order.
-inline std::vector<std::string> texts_of(Integrator) { return {"semi-implicit-euler", "runge-kutta-4"}; }
-inline std::vector<std::string> texts_of(WakeModel) { return {"published", "blade-element"}; }
-inline std::vector<std::string> texts_of(TiltSpan) { return {"window", "range"}; }
+inline std::vector<std::string> texts_of(Integrator) {
+    return {"semi-implicit-euler", "runge-kutta-4"};
+}
+inline std::vector<std::string> texts_of(WakeModel) {
+    return {"published", "blade-element"};
+}
+inline std::vector<std::string> texts_of(TiltSpan) {
+    return {"window", "range"};
+}
 
 /// Tables that records point to, kept for as long as they are read.
 using Tables = std::vector<std::shared_ptr<const double[]>>;
@@ -31,7 +37,11 @@ class RecordReader {
         for_each_field(record, [&](const auto& field, auto& member) {
             using Member = std::decay_t<decltype(member)>;
             if constexpr (fields::is_list<Member>) {
-                std::apply([&](auto&... one) { (known.insert(one.name), ...), (read_if_there(one, dict, one.name, place), ...); }, member);
+                std::apply(
+                    [&](auto&... one) {
+                        (known.insert(one.name), ...), (read_if_there(one, dict, one.name, place), ...);
+                    },
+                    member);
             } else if (!field.is_derived) {
                 known.insert(field.name);
                 read_field(member, dict, field.name, place);
@@ -45,11 +55,15 @@ class RecordReader {
     template <class X, class = void> struct HasActive : std::false_type {};
     template <class X> struct HasActive<X, std::void_t<decltype(std::declval<X&>().active)>> : std::true_type {};
     /// A plant alone has no controller.
-    template <class X> static constexpr bool may_be_left_out = HasActive<X>::value || std::is_same_v<X, ControllerSettings<double, 0>>;
+    template <class X>
+    static constexpr bool may_be_left_out = HasActive<X>::value || std::is_same_v<X, ControllerSettings<double, 0>>;
 
-    [[noreturn]] static void fail(const std::string& place, const std::string& problem) { throw nb::value_error((place + " " + problem).c_str()); }
+    [[noreturn]] static void fail(const std::string& place, const std::string& problem) {
+        throw nb::value_error((place + " " + problem).c_str());
+    }
 
-    template <class Member> void read_field(Member& member, const nb::dict& dict, const char* name, const std::string& place) {
+    template <class Member>
+    void read_field(Member& member, const nb::dict& dict, const char* name, const std::string& place) {
         if constexpr (may_be_left_out<Member>) {
             read_if_there(member, dict, name, place);
         } else {
@@ -57,7 +71,8 @@ class RecordReader {
             read_value(member, dict[name], place + "." + name);
         }
     }
-    template <class Record> void read_if_there(Record& record, const nb::dict& dict, const char* name, const std::string& place) {
+    template <class Record>
+    void read_if_there(Record& record, const nb::dict& dict, const char* name, const std::string& place) {
         if (!dict.contains(name)) return;
         if constexpr (HasActive<Record>::value) record.active = true;
         read_value(record, dict[name], place + "." + name);
@@ -72,7 +87,8 @@ class RecordReader {
             }
         } else if constexpr (fields::is_choice<X>) {
             const auto pair = nb::cast<nb::tuple>(value);
-            read_choice(x, nb::cast<std::string>(pair[0]), pair[1], place, std::make_index_sequence<std::variant_size_v<X>>());
+            read_choice(x, nb::cast<std::string>(pair[0]), pair[1], place,
+                        std::make_index_sequence<std::variant_size_v<X>>());
         } else if constexpr (fields::is_array<X>) {
             read_array(x, value, place);
         } else if constexpr (std::is_same_v<X, Table>) {
@@ -92,7 +108,8 @@ class RecordReader {
     }
 
     template <class Choice, std::size_t... I>
-    void read_choice(Choice& choice, const std::string& name, nb::handle value, const std::string& place, std::index_sequence<I...>) {
+    void read_choice(Choice& choice, const std::string& name, nb::handle value, const std::string& place,
+                     std::index_sequence<I...>) {
         const auto read_one = [&](auto index) {
             using Record = std::variant_alternative_t<index, Choice>;
             if (name != Record::name) return false;
@@ -108,7 +125,8 @@ class RecordReader {
         using Scalar = std::conditional_t<std::is_same_v<Number, int>, std::int64_t, double>;
         const auto array = nb::cast<nb::ndarray<const Scalar, nb::c_contig, nb::device::cpu>>(value, false);
         const std::size_t size = size_of(x);
-        if (array.size() != size) fail(place, "has " + std::to_string(array.size()) + " numbers, not " + std::to_string(size));
+        if (array.size() != size)
+            fail(place, "has " + std::to_string(array.size()) + " numbers, not " + std::to_string(size));
         using Leaf = std::conditional_t<std::is_same_v<Number, int>, int, double>;
         auto* to = reinterpret_cast<Leaf*>(&x);
         for (std::size_t k = 0; k < size; ++k) to[k] = static_cast<Leaf>(array.data()[k]);
@@ -117,7 +135,10 @@ class RecordReader {
   public:
     /// How many numbers of a field are used.
     template <class X> std::size_t size_of(const X&) const { return sizeof(X) / sizeof(double); }
-    template <class X> std::size_t size_of(const PerRotor<X, 0>&) const { return static_cast<std::size_t>(n_) * (sizeof(X) / sizeof(std::conditional_t<std::is_same_v<X, int>, int, double>)); }
+    template <class X> std::size_t size_of(const PerRotor<X, 0>&) const {
+        return static_cast<std::size_t>(n_) *
+               (sizeof(X) / sizeof(std::conditional_t<std::is_same_v<X, int>, int, double>));
+    }
     std::size_t size_of(const PerServo<double>&) const { return static_cast<std::size_t>(m_); }
 
   private:
@@ -142,7 +163,8 @@ inline std::vector<FieldPlace> places_in(const LoopSettings<double, 0>& settings
     const auto lanes = std::make_unique<Lanes>(convert<Lanes>(settings));
     for_each_leaf("", settings, *lanes, [&](const std::string& path, const auto& x, const auto& y) {
         const std::ptrdiff_t bytes = reinterpret_cast<const char*>(&x) - reinterpret_cast<const char*>(&settings);
-        places.push_back({path, bytes / std::ptrdiff_t(sizeof(double)), reader.size_of(x), has_lanes<std::decay_t<decltype(y)>>()});
+        places.push_back(
+            {path, bytes / std::ptrdiff_t(sizeof(double)), reader.size_of(x), has_lanes<std::decay_t<decltype(y)>>()});
     });
     return places;
 }

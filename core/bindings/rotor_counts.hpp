@@ -15,6 +15,8 @@ template <int First, int... Rest, class Task> auto with_one_of(int n, const Task
 }
 
 /// Call `task` with the number of rotors as a constant; with 0 for one that has no loop of its own.
-template <class Task> auto with_rotors(int n, const Task& task) { return with_one_of<OMNIMORPH_ROTOR_COUNTS>(n, task); }
+template <class Task> auto with_rotors(int n, const Task& task) {
+    return with_one_of<OMNIMORPH_ROTOR_COUNTS>(n, task);
+}
 
 }  // namespace omnimorph::python

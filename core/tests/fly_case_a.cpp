@@ -18,8 +18,12 @@ long allocations = 0;
     if (void* memory = std::malloc(size)) return memory;
     throw std::bad_alloc();
 }
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
+    std::free(memory);
+}
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
+    std::free(memory);
+}
 
 namespace {
 
@@ -31,7 +35,8 @@ bool flies_well(const char* name, const omnimorph::AllocationRule<double>& rule)
     auto controller = paper::case_a(vehicle, paper::step);
     controller.allocation.rule = rule;
     const auto settings = paper::loop(controller, paper::perfect_plant(vehicle), 1);
-    const auto flight = std::make_unique<Flight<double, paper::rotors>>(settings, paper::along(segments), limits, PerLane<Record, double>{});
+    const auto flight = std::make_unique<Flight<double, paper::rotors>>(settings, paper::along(segments), limits,
+                                                                        PerLane<Record, double>{});
     double largest_error = 0, largest_residual = 0;
     const long allocations_before = allocations;
     const auto begin = std::chrono::steady_clock::now();
@@ -43,9 +48,10 @@ bool flies_well(const char* name, const omnimorph::AllocationRule<double>& rule)
     }
     const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     const long allocated = allocations - allocations_before;
-    std::printf("%s: largest position error %.3g mm, largest KKT residual %.3g, %ld allocations, %.2f M steps/s\n", name, 1e3 * largest_error,
-                largest_residual, allocated, 1e-6 * double(limits.steps) / seconds);
-    return flight->status() == FlightStatus::completed && largest_error < 1e-3 && largest_residual < 1e-9 && allocated == 0;
+    std::printf("%s: largest position error %.3g mm, largest KKT residual %.3g, %ld allocations, %.2f M steps/s\n",
+                name, 1e3 * largest_error, largest_residual, allocated, 1e-6 * double(limits.steps) / seconds);
+    return flight->status() == FlightStatus::completed && largest_error < 1e-3 && largest_residual < 1e-9 &&
+           allocated == 0;
 }
 
 }  // namespace

@@ -63,8 +63,9 @@ template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integr
     settings.estimator.cutoff = {{0, 0, 150, 150}};
     derive(settings);
     const auto segments = paper::flight();
-    const auto flight = std::make_unique<Flight<T, N>>(convert<LoopSettings<T, N>>(settings), paper::along(segments),
-                                                       FlightLimits{steps, 1e9, {first_flight.seed, number}}, PerLane<Record, T>{});
+    const auto flight =
+        std::make_unique<Flight<T, N>>(convert<LoopSettings<T, N>>(settings), paper::along(segments),
+                                       FlightLimits{steps, 1e9, {first_flight.seed, number}}, PerLane<Record, T>{});
     flight->advance(steps);
     return flight->state().plant.motion;
 }
@@ -73,7 +74,8 @@ template <class T> double difference(const Motion<T>& many, int index, const Mot
     double largest = 0;
     for (int r = 0; r < 3; ++r) {
         largest = std::max(largest, std::fabs(double(lane(many.p[r], index)) - alone.p[r]));
-        for (int c = 0; c < 3; ++c) largest = std::max(largest, std::fabs(double(lane(many.R[r][c], index)) - alone.R[r][c]));
+        for (int c = 0; c < 3; ++c)
+            largest = std::max(largest, std::fabs(double(lane(many.R[r][c], index)) - alone.R[r][c]));
     }
     return largest;
 }
@@ -96,8 +98,10 @@ int main() {
                 lanes = std::max(lanes, difference(counted, 0, alone));
                 rounded = difference(single, 0, alone);
             }
-            std::printf("%s: lanes and flights alone differ by %.2g, flights from each other by %.2g, single precision is off by %.2g\n", rule.name, lanes,
-                        apart, rounded);
+            std::printf(
+                "%s: lanes and flights alone differ by %.2g, flights from each other by %.2g, single precision is off "
+                "by %.2g\n",
+                rule.name, lanes, apart, rounded);
             well = well && lanes == 0 && apart > 1e-6 && rounded < 1e-4;
         }
     return well ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -41,7 +41,9 @@ LoopSettings<double, 0> settings() {
 void draw(Flown& flown) {
     const auto vehicle = paper::vehicle();
     for (long k = 0; k < flights; ++k) {
-        const auto number = [&](std::uint32_t which) { return standard_normal_pair({77, std::uint32_t(k)}, which, 0)[0]; };
+        const auto number = [&](std::uint32_t which) {
+            return standard_normal_pair({77, std::uint32_t(k)}, which, 0)[0];
+        };
         flown.mass.push_back(vehicle.mass * (k == lost ? 6 : 1 + 0.02 * number(0)));
         const double lag = 0.02 * std::exp(0.2 * number(1)), noise = k == overflowing ? 1e160 : 1 + 0.1 * number(2);
         for (int i = 0; i < rotors; ++i) flown.rotor_lag.push_back(lag);
@@ -54,13 +56,22 @@ void draw(Flown& flown) {
 }
 
 /// `width` numbers a flight in place of those of the settings.
-template <class X> Varied varied(const LoopSettings<double, 0>& s, const X& place, int width, const std::vector<double>& rows) {
+template <class X>
+Varied varied(const LoopSettings<double, 0>& s, const X& place, int width, const std::vector<double>& rows) {
     return {reinterpret_cast<const double*>(&place) - reinterpret_cast<const double*>(&s), width, rows.data()};
 }
 
 BatchParts parts_of(Flown& flown) {
     const auto s = settings();
-    BatchParts parts{s, paper::along(flown.segments), {steps, 0.5, {3, 100}}, flights, {}, {}, flown.sums.data(), flown.status.data(), flown.last_step.data()};
+    BatchParts parts{s,
+                     paper::along(flown.segments),
+                     {steps, 0.5, {3, 100}},
+                     flights,
+                     {},
+                     {},
+                     flown.sums.data(),
+                     flown.status.data(),
+                     flown.last_step.data()};
     const auto& lag = std::get<2>(s.plant.rotor_laws);
     parts.varied = {varied(s, s.plant.vehicle.mass, 1, flown.mass),
                     varied(s, lag.up, rotors, flown.rotor_lag),
@@ -77,10 +88,10 @@ template <class T> Flown fly(int threads) {
     Flown flown;
     draw(flown);
     const BatchParts parts = parts_of(flown);
-    ThreadPool pool(threads, flights, lane_count<T>,
-                    [&](long first, const std::atomic<bool>& stop) { batch::fly_group<T, rotors>(parts, first, stop); });
-    while (!pool.wait(0.01)) {
-    }
+    ThreadPool pool(threads, flights, lane_count<T>, [&](long first, const std::atomic<bool>& stop) {
+        batch::fly_group<T, rotors>(parts, first, stop);
+    });
+    while (!pool.wait(0.01)) {}
     if (pool.done() != flights) std::printf("only %ld flights are done\n", pool.done());
     return flown;
 }
@@ -89,7 +100,8 @@ template <class T> Flown fly(int threads) {
 int different(const Flown& one, const Flown& other) {
     int count = 0;
     for (std::size_t k = 0; k < flights; ++k)
-        count += std::memcmp(&one.sums[k * n_flight_sums], &other.sums[k * n_flight_sums], n_flight_sums * sizeof(double)) != 0 ||
+        count += std::memcmp(&one.sums[k * n_flight_sums], &other.sums[k * n_flight_sums],
+                             n_flight_sums * sizeof(double)) != 0 ||
                  one.status[k] != other.status[k] || one.last_step[k] != other.last_step[k];
     return count;
 }
@@ -99,10 +111,11 @@ bool stops() {
     Flown flown;
     draw(flown);
     const BatchParts parts = parts_of(flown);
-    ThreadPool pool(2, flights, 4, [&](long first, const std::atomic<bool>& stop) { batch::fly_group<Pack<double, 4>, rotors>(parts, first, stop); });
+    ThreadPool pool(2, flights, 4, [&](long first, const std::atomic<bool>& stop) {
+        batch::fly_group<Pack<double, 4>, rotors>(parts, first, stop);
+    });
     pool.stop();
-    while (!pool.wait(0.01)) {
-    }
+    while (!pool.wait(0.01)) {}
     long over = 0;
     for (const FlightStatus status : flown.status) over += status != FlightStatus::flying;
     return pool.done() <= over && over < flights;
@@ -111,11 +124,15 @@ bool stops() {
 }  // namespace
 
 int main() {
-    const Flown alone = fly<double>(1), together = fly<Pack<double, 4>>(1), in_threads = fly<Pack<double, 4>>(3), wide = fly<Pack<double, 8>>(2);
-    const int lanes = different(alone, together), threads = different(together, in_threads), register_size = different(together, wide);
+    const Flown alone = fly<double>(1), together = fly<Pack<double, 4>>(1), in_threads = fly<Pack<double, 4>>(3),
+                wide = fly<Pack<double, 8>>(2);
+    const int lanes = different(alone, together), threads = different(together, in_threads),
+              register_size = different(together, wide);
     int completed = 0;
     for (const FlightStatus status : alone.status) completed += status == FlightStatus::completed;
-    std::printf("%d of %ld flights completed; %d differ in lanes, %d in threads, %d in wider registers\n", completed, flights, lanes, threads, register_size);
-    const bool ended = alone.status[lost] == FlightStatus::lost && alone.status[overflowing] == FlightStatus::not_finite && completed == flights - 2;
+    std::printf("%d of %ld flights completed; %d differ in lanes, %d in threads, %d in wider registers\n", completed,
+                flights, lanes, threads, register_size);
+    const bool ended = alone.status[lost] == FlightStatus::lost &&
+                       alone.status[overflowing] == FlightStatus::not_finite && completed == flights - 2;
     return lanes == 0 && threads == 0 && register_size == 0 && ended && stops() ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -69,7 +69,8 @@ int main() {
                 }
             }
         }
-        std::printf("%d pairs, %d shares below one, %d differ from those alone, %d are no shares\n", together.n_pairs(), losing, different, wrong);
+        std::printf("%d pairs, %d shares below one, %d differ from those alone, %d are no shares\n", together.n_pairs(),
+                    losing, different, wrong);
         well = well && together.n_pairs() == 3 && losing > rounds && different == 0 && wrong == 0;
     }
     return well ? EXIT_SUCCESS : EXIT_FAILURE;

@@ -79,14 +79,16 @@ template <class T, int M, int N> Allocation<T, M> answer(const Vehicle<double, N
     const auto settings = convert<AllocationSettings<T, M>>(settings_for(v));
     Allocation<T, M> answer = first_allocation(vehicle, s.before);
     AllocationCache<T, M> cache;
-    allocate(settings, allocation_problem(vehicle, settings.weights), s.state, Demand<T>{s.acceleration}, answer, cache);
+    allocate(settings, allocation_problem(vehicle, settings.weights), s.state, Demand<T>{s.acceleration}, answer,
+             cache);
     return answer;
 }
 
 template <class T, class S> void put(T& many, int k, const S& one) {
     constexpr int numbers = sizeof(S) / sizeof(double);
     static_assert(sizeof(T) == numbers * sizeof(Pack<double, 4>));
-    for (int i = 0; i < numbers; ++i) set_lane(reinterpret_cast<Pack<double, 4>*>(&many)[i], k, reinterpret_cast<const double*>(&one)[i]);
+    for (int i = 0; i < numbers; ++i)
+        set_lane(reinterpret_cast<Pack<double, 4>*>(&many)[i], k, reinterpret_cast<const double*>(&one)[i]);
 }
 
 template <int N> bool agrees() {
@@ -102,7 +104,8 @@ template <int N> bool agrees() {
         const auto four = answer<Pack<double, 4>, N>(v, many);
         for (int k = 0; k < 4; ++k) {
             const auto alone = answer<double, N>(v, one[k]);
-            const Situation<double, 0> uncounted{one[k].state, one[k].acceleration, {cast<double, 0>(one[k].before.thrust, N), one[k].before.tilt}};
+            const Situation<double, 0> uncounted{
+                one[k].state, one[k].acceleration, {cast<double, 0>(one[k].before.thrust, N), one[k].before.tilt}};
             const auto counted = answer<double, 0>(v, uncounted);
             for (int i = 0; i < N; ++i)
                 apart = std::max({apart, std::fabs(four.command.thrust[i][k] - alone.command.thrust[i]),
@@ -110,16 +113,21 @@ template <int N> bool agrees() {
             for (int j = 0; j < servos; ++j) {
                 apart = std::max({apart, std::fabs(four.command.tilt[j][k] - alone.command.tilt[j]),
                                   std::fabs(counted.command.tilt[j] - alone.command.tilt[j])});
-                beyond = std::max(beyond, std::fabs(alone.command.tilt[j] - one[k].before.tilt[j]) - v.rate_max[j] * period);
+                beyond =
+                    std::max(beyond, std::fabs(alone.command.tilt[j] - one[k].before.tilt[j]) - v.rate_max[j] * period);
             }
             residual = std::max(residual, alone.kkt_residual);
         }
     }
-    std::printf("%d rotors: lanes, run-time counts and single answers differ by %.2g, largest KKT residual %.2g, tilts beyond reach by %.2g\n", N, apart,
-                residual, beyond);
+    std::printf(
+        "%d rotors: lanes, run-time counts and single answers differ by %.2g, largest KKT residual %.2g, tilts beyond "
+        "reach by %.2g\n",
+        N, apart, residual, beyond);
     return apart == 0 && residual < 1e-9 && beyond < 1e-15;
 }
 
 }  // namespace
 
-int main() { return agrees<6>() && agrees<12>() ? EXIT_SUCCESS : EXIT_FAILURE; }
+int main() {
+    return agrees<6>() && agrees<12>() ? EXIT_SUCCESS : EXIT_FAILURE;
+}

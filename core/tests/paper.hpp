@@ -17,7 +17,8 @@ inline constexpr double step = 1e-3;
 inline Vehicle<double, rotors> vehicle() {
     Vehicle<double, rotors> v;
     const double l = 0.1062, c_f = 1.8638e-4 / (4 * pi * pi), c_tau = 2.754e-6 / (4 * pi * pi), thrust_max = 5.3587;
-    const double hub[8][3] = {{1, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, -1}, {1, -1, -1}};
+    const double hub[8][3] = {{1, 1, 1},  {-1, 1, 1},  {-1, -1, 1},  {1, -1, 1},
+                              {1, 1, -1}, {-1, 1, -1}, {-1, -1, -1}, {1, -1, -1}};
     const double tilted[8][2] = {{-1, 0}, {0, -1}, {1, 0}, {0, 1}, {1, 0}, {0, 1}, {-1, 0}, {0, -1}};
     v.mass = 1.315;
     v.inertia = {{{1.16e-2, 0, 0}, {0, 1.13e-2, 0}, {0, 0, 1.13e-2}}};
@@ -84,9 +85,10 @@ inline std::vector<Segment> flight() {
         Vec3<double> move;
         double roll;
     };
-    const Leg legs[] = {{3, {{0, 0, 0.8}}, 0},  {3, {{0, 0, -0.8}}, 0}, {3, {{0, 0.5, 0}}, 0},        {3, {{0, -0.5, 0}}, 0},
-                        {2, {{0, 0, 0}}, pi / 6}, {3, {{0.5, 0, 0}}, 0},  {3, {{-0.5, 0, 0}}, 0},       {2, {{0, 0, 0}}, -pi / 6},
-                        {18, {{0, 0, 0}}, 2 * pi}, {3, {{0, 0, 0.4}}, 0},  {2, {{0, 0, 0}}, 0}};
+    const Leg legs[] = {{3, {{0, 0, 0.8}}, 0},  {3, {{0, 0, -0.8}}, 0},    {3, {{0, 0.5, 0}}, 0},
+                        {3, {{0, -0.5, 0}}, 0}, {2, {{0, 0, 0}}, pi / 6},  {3, {{0.5, 0, 0}}, 0},
+                        {3, {{-0.5, 0, 0}}, 0}, {2, {{0, 0, 0}}, -pi / 6}, {18, {{0, 0, 0}}, 2 * pi},
+                        {3, {{0, 0, 0.4}}, 0},  {2, {{0, 0, 0}}, 0}};
     std::vector<Segment> segments;
     double time = 0;
     Vec3<double> p{{0, 0, 1.2}};
@@ -101,7 +103,9 @@ inline std::vector<Segment> flight() {
     return segments;
 }
 
-inline Motion<double> start() { return {{{0, 0, 1.2}}, Vec3<double>::zero(), Mat3<double>::identity(), Vec3<double>::zero()}; }
+inline Motion<double> start() {
+    return {{{0, 0, 1.2}}, Vec3<double>::zero(), Mat3<double>::identity(), Vec3<double>::zero()};
+}
 
 inline Command<double, rotors> hovering(const Vehicle<double, rotors>& v) {
     Command<double, rotors> hover;
@@ -111,7 +115,8 @@ inline Command<double, rotors> hovering(const Vehicle<double, rotors>& v) {
 }
 
 /// The whole loop; control every so many physics steps, in a plant of its own.
-inline LoopSettings<double, rotors> loop(const ControllerSettings<double, rotors>& controller, const PlantSettings<double, rotors>& plant, int every) {
+inline LoopSettings<double, rotors> loop(const ControllerSettings<double, rotors>& controller,
+                                         const PlantSettings<double, rotors>& plant, int every) {
     LoopSettings<double, rotors> s{};
     s.controller = controller;
     s.plant = plant;
@@ -122,6 +127,8 @@ inline LoopSettings<double, rotors> loop(const ControllerSettings<double, rotors
     return s;
 }
 
-inline Reference along(const std::vector<Segment>& segments) { return {segments.data(), static_cast<long>(segments.size()), nullptr, 0}; }
+inline Reference along(const std::vector<Segment>& segments) {
+    return {segments.data(), static_cast<long>(segments.size()), nullptr, 0};
+}
 
 }  // namespace paper

@@ -27,7 +27,7 @@ template <class T, int N> struct Allocation {
     Command<T, N> command;
     PerRotor<T, N> active;  // -1 at the least thrust, 0 free, +1 at the largest
     T cost, kkt_residual;
-    Vec6<T> wrench_asked;   // of the rotors, in B, by the model
+    Vec6<T> wrench_asked;  // of the rotors, in B, by the model
 
     static constexpr auto fields() {
         using A = Allocation;
@@ -146,7 +146,8 @@ OMNIMORPH_FN void set_weights(AllocationProblem<T, N>& problem, const Allocation
 /// The problem of a vehicle whose rotors all give what its model says, within its limits and without a bias. Start it with
 /// an empty cache: versions are counted for each problem.
 template <class T, int N>
-OMNIMORPH_FN AllocationProblem<T, N> allocation_problem(const Vehicle<T, N>& vehicle, const AllocationWeights<T, N>& weights) {
+OMNIMORPH_FN AllocationProblem<T, N> allocation_problem(const Vehicle<T, N>& vehicle,
+                                                        const AllocationWeights<T, N>& weights) {
     const PerRotor<T, N> scale = allocation_problem_parts::thrust_scale(vehicle);
     PerRotor<T, N> low{}, high{}, all{};
     for (int i = 0; i < vehicle.n_rotors; ++i) {
@@ -156,8 +157,8 @@ OMNIMORPH_FN AllocationProblem<T, N> allocation_problem(const Vehicle<T, N>& veh
     }
     const Vec6<T> none = Vec6<T>::zero();
     const WrenchMap<T, N> map = thrust_wrench_map(vehicle, scale);  // not weighted yet
-    AllocationProblem<T, N> problem{vehicle, weights, low, high, all,  none,   0,    scale,
-                                    map,     {},      {},  {},   none, Vec3<T>::zero(), none, false, false};
+    AllocationProblem<T, N> problem{vehicle, weights,         low,  high,  all,  none, 0, scale, map, {}, {}, {},
+                                    none,    Vec3<T>::zero(), none, false, false};
     set_bounds(problem, low, high);
     set_weights(problem, weights);
     problem.version = 1;
@@ -176,7 +177,8 @@ namespace allocation_problem_parts {
 
 /// Ask the rotors for less by what the bias gives.
 template <class T, int N>
-OMNIMORPH_FN void subtract_bias(const AllocationProblem<T, N>& problem, const Motion<T>& estimate, AllocationTarget<T>& target) {
+OMNIMORPH_FN void subtract_bias(const AllocationProblem<T, N>& problem, const Motion<T>& estimate,
+                                AllocationTarget<T>& target) {
     Vec3<T> linear = force_of(problem.bias_acceleration);
     if (!target.in_body) linear = estimate.R * linear;
     const Vec6<T> acceleration = joined(linear, torque_of(problem.bias_acceleration));
@@ -229,7 +231,7 @@ OMNIMORPH_FN WrenchMatrix<U, N> weighted_map(const AllocationProblem<T, N>& prob
 /// b − G x, whose square is what the error of the acceleration costs; X holds a number for each rotor.
 template <class T, int N, class U, class X>
 OMNIMORPH_FN Vec6<U> weighted_error(const AllocationProblem<T, N>& problem, const AllocationTarget<T>& target,
-                            const WrenchMatrix<U, N>& G, const X& x) {
+                                    const WrenchMatrix<U, N>& G, const X& x) {
     Vec6<U> error;
     for (int r = 0; r < 6; ++r) error[r] = U(target.b[r]);
     for (int i = 0; i < problem.vehicle.n_rotors; ++i)

@@ -159,7 +159,7 @@ OMNIMORPH_FN PerVariable<T, N> corrected_active_set(const BoxQp<T, N>& qp, const
     PerVariable<T, N> corrected;
     for (int i = 0; i < qp.n; ++i) {
         const T a = s.active[i];
-        const Mask<T> below = s.x[i] < qp.lower[i] - T(tolerance<T>), above = s.x[i] > qp.upper[i] + T(tolerance<T>);
+        const Mask<T> below = s.x[i]<qp.lower[i] - T(tolerance<T>), above = s.x[i]> qp.upper[i] + T(tolerance<T>);
         const T outside = select(below, T(-1), select(above, T(1), T(0)));
         const T held = select(a * multiplier[i] > T(tolerance<T>), T(0), a);
         corrected[i] = select(a == T(0), outside, held);

@@ -32,14 +32,17 @@ template <class T> struct JointTilt {
     static constexpr const char* name = "joint-tilt";
     T tilt_change_weight;  // W4, for a change of a tilt by all that a control step allows
 
-    static constexpr auto fields() { return std::make_tuple(field("tilt_change_weight", &JointTilt::tilt_change_weight)); }
+    static constexpr auto fields() {
+        return std::make_tuple(field("tilt_change_weight", &JointTilt::tilt_change_weight));
+    }
 };
 
 namespace joint_tilt {
 
-template <class T> inline constexpr double tolerance = is_double<T> ? 1e-11 : 1e-5;  // of the residual; proven is enough
-                                                                                     // where J stops falling
-template <class T> inline constexpr double rounding = is_double<T> ? 1e-12 : 1e-4;   // of J, relative
+template <class T>
+inline constexpr double tolerance = is_double<T> ? 1e-11 : 1e-5;                    // of the residual; proven is enough
+                                                                                    // where J stops falling
+template <class T> inline constexpr double rounding = is_double<T> ? 1e-12 : 1e-4;  // of J, relative
 inline constexpr double least_damping = 1e-3, first_damping = 0.1, largest_damping = 1e8;
 inline constexpr int max_steps = 400;  // a few are usual
 inline constexpr int max_halvings = 12;
@@ -57,14 +60,14 @@ template <class T, int N, int M> struct Context {
 
 /// φ and its first derivatives at some tilts, with what the second ones are made of.
 template <class T, int N, int M> struct Point {
-    PerVariable<T, M> tilt, gradient;    // the latter of φ/2, scaled as the box QP of the thrusts
+    PerVariable<T, M> tilt, gradient;  // the latter of φ/2, scaled as the box QP of the thrusts
     ThrustQp<T, N> thrusts;
-    BoxQpSolution<T, N> best;            // best.x = f / f_scale
-    Triangle<T, N> factors;              // of the Hessian over the thrusts that are free
-    WrenchMatrix<T, N> G;                // C A(α) f_scale
-    PerVariable<Vec6<T>, M> turning;     // ∂(G x)/∂α_j
-    PerRotor<T, N> bending;              // (b − G x)' ∂G_i/∂α
-    PerVariable<T, M> curvature;         // −(b − G x)' ∂²(G x)/∂α_j²
+    BoxQpSolution<T, N> best;         // best.x = f / f_scale
+    Triangle<T, N> factors;           // of the Hessian over the thrusts that are free
+    WrenchMatrix<T, N> G;             // C A(α) f_scale
+    PerVariable<Vec6<T>, M> turning;  // ∂(G x)/∂α_j
+    PerRotor<T, N> bending;           // (b − G x)' ∂G_i/∂α
+    PerVariable<T, M> curvature;      // −(b − G x)' ∂²(G x)/∂α_j²
     T cost, residual;
 };
 

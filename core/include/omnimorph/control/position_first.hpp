@@ -18,8 +18,8 @@ template <class T> struct PositionFirst {
 
     static constexpr auto fields() {
         using P = PositionFirst;
-        return std::make_tuple(derived("active", &P::active), field("lateral_force", &P::lateral_force), derived("mass", &P::mass),
-                               derived("period", &P::period));
+        return std::make_tuple(derived("active", &P::active), field("lateral_force", &P::lateral_force),
+                               derived("mass", &P::mass), derived("period", &P::period));
     }
 };
 
@@ -33,7 +33,8 @@ template <class T> OMNIMORPH_FN Mat3<T> least_rotation(const Vec3<T>& a, const V
 }
 
 /// The attitude nearest to R in which the acceleration, in W, can be given.
-template <class T> OMNIMORPH_FN Mat3<T> attitude_for(const Mat3<T>& R, const Vec3<T>& acceleration, const PositionFirst<T>& settings) {
+template <class T>
+OMNIMORPH_FN Mat3<T> attitude_for(const Mat3<T>& R, const Vec3<T>& acceleration, const PositionFirst<T>& settings) {
     const Vec3<T> f = settings.mass * Vec3<T>{{acceleration[0], acceleration[1], acceleration[2] + T(gravity)}};
     const Vec3<T> z{{R[0][2], R[1][2], R[2][2]}};
     const T size = max(sqrt(dot(f, f)), T(1e-9));
@@ -56,7 +57,8 @@ template <class T> struct PositionFirstState {
     bool started = false;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("planned", &PositionFirstState::planned), field("started", &PositionFirstState::started));
+        return std::make_tuple(field("planned", &PositionFirstState::planned),
+                               field("started", &PositionFirstState::started));
     }
 };
 
@@ -65,8 +67,9 @@ template <class T> struct PositionFirstState {
 /// Its rate is that of the attitude for the reference's own acceleration, from one control step to the next: feedback,
 /// which is noisy, turns the attitude but not its rate.
 template <class T>
-OMNIMORPH_FN Desired<T> position_first(const PositionFirst<T>& settings, const Motion<T>& estimate, const Desired<T>& desired,
-                                       const TrackingGains<T>& gains, PositionFirstState<T>& state) {
+OMNIMORPH_FN Desired<T> position_first(const PositionFirst<T>& settings, const Motion<T>& estimate,
+                                       const Desired<T>& desired, const TrackingGains<T>& gains,
+                                       PositionFirstState<T>& state) {
     const Mat3<T> planned = attitude_for(desired.R, desired.a, settings);
     Desired<T> out = desired;
     out.R = attitude_for(desired.R, linear_acceleration(estimate, desired, gains), settings);

@@ -19,7 +19,9 @@ struct Segment {
 struct MinimumJerk {
     double s, ds, dds;
     explicit MinimumJerk(double u)
-        : s(u * u * u * (10 + u * (-15 + 6 * u))), ds(30 * u * u * (1 - u) * (1 - u)), dds(60 * u * (1 - u) * (1 - 2 * u)) {}
+        : s(u * u * u * (10 + u * (-15 + 6 * u))),
+          ds(30 * u * u * (1 - u) * (1 - u)),
+          dds(60 * u * (1 - u) * (1 - 2 * u)) {}
 };
 
 OMNIMORPH_FN Desired<double> evaluate(const Segment& segment, double time) {

@@ -44,7 +44,8 @@ template <class T, int N> struct AllocationCache {
 
 /// The part of the box QP that does not depend on what is asked for; U is T or a pack of candidates of one vehicle.
 template <class T, int N, class U>
-OMNIMORPH_FN void set_hessian(const AllocationProblem<T, N>& problem, const WrenchMatrix<U, N>& G, ThrustQp<U, N>& out) {
+OMNIMORPH_FN void set_hessian(const AllocationProblem<T, N>& problem, const WrenchMatrix<U, N>& G,
+                              ThrustQp<U, N>& out) {
     const Count<N> n = problem.vehicle.n_rotors;
     BoxQp<U, N>& qp = out.qp;
     qp.n = n;

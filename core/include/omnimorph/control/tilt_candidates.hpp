@@ -45,8 +45,9 @@ template <class U, int N> struct Candidate {
 };
 
 template <class T, int N, class U>
-OMNIMORPH_FN void solve_candidate(const AllocationProblem<T, N>& problem, const AllocationTarget<T>& target, const U& tilt,
-                                  const Allocation<T, N>& last, TiltCache<U, N>& cache, Candidate<U, N>& out) {
+OMNIMORPH_FN void solve_candidate(const AllocationProblem<T, N>& problem, const AllocationTarget<T>& target,
+                                  const U& tilt, const Allocation<T, N>& last, TiltCache<U, N>& cache,
+                                  Candidate<U, N>& out) {
     PerServo<U> angle;
     angle[0] = tilt;
     out.cost = solve_thrusts(problem, target, angle, last, cache, out.thrusts);
@@ -157,7 +158,8 @@ OMNIMORPH_FN void allocate(const TiltCandidates& rule, const AllocationProblem<T
 /// The least cost at each of `count` tilts of a single servo of one vehicle (T is a scalar).
 template <class T, int N>
 OMNIMORPH_FN void cost_over_tilt(const AllocationProblem<T, N>& problem, const Motion<T>& estimate,
-                                 const Demand<T>& demand, const Allocation<T, N>& last, const T* tilt, int count, T* cost) {
+                                 const Demand<T>& demand, const Allocation<T, N>& last, const T* tilt, int count,
+                                 T* cost) {
     const AllocationTarget<T> target = allocation_target(problem, estimate, demand);
     TiltCache<CandidateLanes<T>, N> cache;
     tilt_candidates::Candidate<CandidateLanes<T>, N> next;

@@ -10,14 +10,16 @@ template <class T> struct TrackingSettings {
     PositionFirst<T> position_first;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("gains", &TrackingSettings::gains), field("position-first", &TrackingSettings::position_first));
+        return std::make_tuple(field("gains", &TrackingSettings::gains),
+                               field("position-first", &TrackingSettings::position_first));
     }
 };
 
 template <class T> using TrackingState = PositionFirstState<T>;
 
 template <class T>
-OMNIMORPH_FN Demand<T> track(const TrackingSettings<T>& settings, const Motion<T>& estimate, const Desired<T>& desired, TrackingState<T>& state) {
+OMNIMORPH_FN Demand<T> track(const TrackingSettings<T>& settings, const Motion<T>& estimate, const Desired<T>& desired,
+                             TrackingState<T>& state) {
     if (!settings.position_first.active) return {reference_acceleration(estimate, desired, settings.gains)};
     const Desired<T> held = position_first(settings.position_first, estimate, desired, settings.gains, state);
     return {reference_acceleration(estimate, held, settings.gains)};

@@ -12,8 +12,8 @@ template <class T> struct TrackingGains {
 
     static constexpr auto fields() {
         using G = TrackingGains;
-        return std::make_tuple(field("velocity", &G::velocity), field("position", &G::position), field("rate", &G::rate),
-                               field("attitude", &G::attitude));
+        return std::make_tuple(field("velocity", &G::velocity), field("position", &G::position),
+                               field("rate", &G::rate), field("attitude", &G::attitude));
     }
 };
 
@@ -28,7 +28,8 @@ template <class T> OMNIMORPH_FN Vec3<T> times_each(const Vec3<T>& x, const Vec3<
 
 /// p̈_r = p̈_d + K_p1 ė_p + K_p2 e_p
 template <class T>
-OMNIMORPH_FN Vec3<T> linear_acceleration(const Motion<T>& state, const Desired<T>& desired, const TrackingGains<T>& gains) {
+OMNIMORPH_FN Vec3<T> linear_acceleration(const Motion<T>& state, const Desired<T>& desired,
+                                         const TrackingGains<T>& gains) {
     const Vec3<T> e_p = desired.p - state.p, e_v = desired.v - state.v;
     return desired.a + times_each(gains.velocity, e_v) + times_each(gains.position, e_p);
 }
@@ -37,13 +38,15 @@ OMNIMORPH_FN Vec3<T> linear_acceleration(const Motion<T>& state, const Desired<T
 /// e_w = RᵀR_d w_d - w. The desired rate is carried into the vehicle's own frame (the paper leaves this out), which
 /// also gives the feed-forward RᵀR_d ẇ_d - w x RᵀR_d w_d.
 template <class T>
-OMNIMORPH_FN Vec6<T> reference_acceleration(const Motion<T>& state, const Desired<T>& desired, const TrackingGains<T>& gains) {
+OMNIMORPH_FN Vec6<T> reference_acceleration(const Motion<T>& state, const Desired<T>& desired,
+                                            const TrackingGains<T>& gains) {
     const Mat3<T> R_error = transpose_times(state.R, desired.R);
     const Vec3<T> e_R = vee_of_skew_part(R_error);
     const Vec3<T> w_desired = R_error * desired.w;
     const Vec3<T> e_w = w_desired - state.w;
     const Vec3<T> linear = linear_acceleration(state, desired, gains);
-    const Vec3<T> angular = R_error * desired.dw - cross(state.w, w_desired) + times_each(gains.rate, e_w) + times_each(gains.attitude, e_R);
+    const Vec3<T> angular = R_error * desired.dw - cross(state.w, w_desired) + times_each(gains.rate, e_w) +
+                            times_each(gains.attitude, e_R);
     return {{linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]}};
 }
 

@@ -16,11 +16,14 @@ template <class T> struct LowPass {
     Vec<T, 4> cutoff{};  // rad/s, of position, velocity, attitude and body rate; 0 for none
     Vec<T, 4> gain{};    // 1 - e^(-period cutoff)
 
-    static constexpr auto fields() { return std::make_tuple(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain)); }
+    static constexpr auto fields() {
+        return std::make_tuple(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));
+    }
 };
 
 OMNIMORPH_FN void derive(LowPass<double>& filter, double control_period) {
-    for (int k = 0; k < 4; ++k) filter.gain[k] = filter.cutoff[k] > 0 ? 1.0 - std::exp(-control_period * filter.cutoff[k]) : 1.0;
+    for (int k = 0; k < 4; ++k)
+        filter.gain[k] = filter.cutoff[k] > 0 ? 1.0 - std::exp(-control_period * filter.cutoff[k]) : 1.0;
 }
 
 /// The filters' outputs, and the first control step whose errors they have not had.
@@ -29,7 +32,8 @@ template <class T> struct LowPassState {
     std::uint32_t next_step = 0;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("filtered", &LowPassState::filtered), field("next_step", &LowPassState::next_step));
+        return std::make_tuple(field("filtered", &LowPassState::filtered),
+                               field("next_step", &LowPassState::next_step));
     }
 };
 
@@ -53,8 +57,9 @@ OMNIMORPH_FN Estimate<T> estimate(const LowPass<T>& filter, const Measurement<T>
 /// The estimate in a control step that someone asks for who may have left some out, or asks again: the errors of each step
 /// pass through the filters once.
 template <class T>
-OMNIMORPH_FN Estimate<T> estimate_in_step(const MeasurementNoise<T>& sensors, const LowPass<T>& filter, const Motion<T>& motion,
-                                          NoiseKey first, std::uint32_t control_step, LowPassState<T>& state) {
+OMNIMORPH_FN Estimate<T> estimate_in_step(const MeasurementNoise<T>& sensors, const LowPass<T>& filter,
+                                          const Motion<T>& motion, NoiseKey first, std::uint32_t control_step,
+                                          LowPassState<T>& state) {
     if (sensors.active)
         while (state.next_step < control_step) estimate(filter, sense(sensors, motion, first, state.next_step), state);
     return estimate(filter, sense(sensors, motion, first, control_step), state);

@@ -14,7 +14,8 @@ template <class T> struct MeasurementNoise {
     Vec<T, 4> deviation{};  // 1 sigma: m, m/s, rad, rad/s
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &MeasurementNoise::active), field("deviation", &MeasurementNoise::deviation));
+        return std::make_tuple(derived("active", &MeasurementNoise::active),
+                               field("deviation", &MeasurementNoise::deviation));
     }
 };
 
@@ -30,7 +31,8 @@ template <class T> struct Measurement {
 /// What the sensors read in a control step; the same, however often it is asked for. `first` is the key of lane 0; the lanes
 /// are flights that follow one another.
 template <class T>
-OMNIMORPH_FN Measurement<T> sense(const MeasurementNoise<T>& noise, const Motion<T>& motion, NoiseKey first, std::uint32_t control_step) {
+OMNIMORPH_FN Measurement<T> sense(const MeasurementNoise<T>& noise, const Motion<T>& motion, NoiseKey first,
+                                  std::uint32_t control_step) {
     Measurement<T> measured;
     measured.motion = motion;
     measured.has_error = noise.active;

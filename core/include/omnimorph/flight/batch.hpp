@@ -42,7 +42,7 @@ struct BatchParts {
     long flights;
     std::vector<Varied> varied;
     std::vector<RecordedFlight> recorded;
-    double* sums;  // n_flight_sums a flight
+    double* sums;          // n_flight_sums a flight
     FlightStatus* status;  // `flying` until the flight is over; one a flight, as what follows
     long* last_step;
 };
@@ -52,7 +52,9 @@ namespace batch {
 inline constexpr long steps_between_looks = 512;  // at whether to stop
 
 /// Vehicles beyond the last flight are copies of it that stay on the ground.
-OMNIMORPH_FN long flight_of(long first, int lane, long flights) { return first + lane < flights ? first + lane : flights - 1; }
+OMNIMORPH_FN long flight_of(long first, int lane, long flights) {
+    return first + lane < flights ? first + lane : flights - 1;
+}
 
 /// The settings of flight k.
 inline LoopSettings<double, 0> settings_of(const BatchParts& parts, long k) {
@@ -80,7 +82,8 @@ template <class T, int N> void fly_group(const BatchParts& parts, long first, co
         if (first + l >= parts.flights) flight->end(l, FlightStatus::completed);
 
     FlightMetrics<T, N> metrics(settings->controller.model);
-    while (!flight->is_over() && !stop) flight->advance(steps_between_looks, [&](const Desired<T>& now) { metrics.add(*flight, now); });
+    while (!flight->is_over() && !stop)
+        flight->advance(steps_between_looks, [&](const Desired<T>& now) { metrics.add(*flight, now); });
     for (int l = 0; l < lanes && first + l < parts.flights; ++l) {
         write_sums(metrics.sums(), l, parts.sums + (first + l) * n_flight_sums);
         parts.last_step[first + l] = flight->last_step(l);
@@ -96,7 +99,8 @@ class ThreadPool {
     using FlyGroup = std::function<void(long first, const std::atomic<bool>& stop)>;
 
     /// Begin to fly `flights` flights, `lanes` at a time.
-    ThreadPool(int threads, long flights, int lanes, FlyGroup fly_group) : flights_(flights), lanes_(lanes), fly_group_(std::move(fly_group)), at_work_(threads) {
+    ThreadPool(int threads, long flights, int lanes, FlyGroup fly_group)
+        : flights_(flights), lanes_(lanes), fly_group_(std::move(fly_group)), at_work_(threads) {
         for (int t = 0; t < threads; ++t) threads_.emplace_back([this] { work(); });
     }
     ThreadPool(const ThreadPool&) = delete;
@@ -112,7 +116,8 @@ class ThreadPool {
     /// Wait for the end, but not longer than so many seconds; true if all threads are done. What went wrong in one is thrown.
     bool wait(double seconds) {
         std::unique_lock<std::mutex> lock(mutex_);
-        const bool done = changed_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return at_work_ == 0; });
+        const bool done =
+            changed_.wait_for(lock, std::chrono::duration<double>(seconds), [this] { return at_work_ == 0; });
         if (done && problem_ != nullptr) std::rethrow_exception(std::exchange(problem_, nullptr));
         return done;
     }

@@ -25,8 +25,12 @@ template <class T, int N> class Flight {
 
     Flight(const Flight&) = delete;
     Flight& operator=(const Flight&) = delete;
-    Flight(const LoopSettings<T, N>& settings, const Reference& reference, const FlightLimits& limits, const Records& records)
-        : loop_(settings, limits.steps, limits.noise), reference_(reference), lost_beyond_(limits.lost_beyond), records_(records) {
+    Flight(const LoopSettings<T, N>& settings, const Reference& reference, const FlightLimits& limits,
+           const Records& records)
+        : loop_(settings, limits.steps, limits.noise),
+          reference_(reference),
+          lost_beyond_(limits.lost_beyond),
+          records_(records) {
         x_ = start_ = state_at(loop_, settings.start);
         for (int l = 0; l < vehicles; ++l) is_recorded_ = is_recorded_ || records_[l].is_kept();
         if (settings.plant.delay.steps == 0) return;
@@ -50,7 +54,9 @@ template <class T, int N> class Flight {
 
     /// The motion as the controller knows it in this control step; asked again, or not in every step, it stays the same.
     Motion<T> measure() {
-        return estimate_in_step(loop_.sensors, loop_.estimator, x_.plant.motion, loop_.noise, control_step(loop_, x_), x_.estimator).motion;
+        return estimate_in_step(loop_.sensors, loop_.estimator, x_.plant.motion, loop_.noise, control_step(loop_, x_),
+                                x_.estimator)
+            .motion;
     }
 
     Desired<T> desired() const { return cast<T>(desired_at(reference_, x_.step, time())); }
@@ -61,7 +67,9 @@ template <class T, int N> class Flight {
 
     FlightStatus status(int vehicle = 0) const { return x_.status[vehicle]; }
     /// The row at which its flight ended, or has come to.
-    long last_step(int vehicle = 0) const { return status(vehicle) == FlightStatus::flying ? x_.step : x_.last_step[vehicle]; }
+    long last_step(int vehicle = 0) const {
+        return status(vehicle) == FlightStatus::flying ? x_.step : x_.last_step[vehicle];
+    }
     /// Those whose flight goes on.
     const Mask<T>& flying() const { return flying_; }
     bool is_over() const { return !any(flying_); }
@@ -196,8 +204,10 @@ template <class T, int N> class Flight {
     void record(const Desired<T>& now) const {
         if (!is_recorded_) return;
         const Row<T, N> row{x_, now, thrust_actual(loop_.plant, x_.plant.actuators)};
+        const Count<N> n = loop_.plant.settings.vehicle.n_rotors;
         for (int l = 0; l < vehicles; ++l)
-            if (records_[l].is_kept() && x_.status[l] == FlightStatus::flying) write_row(row, loop_.plant.n(), loop_.plant.m(), l, x_.step, records_[l]);
+            if (records_[l].is_kept() && x_.status[l] == FlightStatus::flying)
+                write_row(row, n, loop_.plant.m(), l, x_.step, records_[l]);
     }
 
     Loop<T, N> loop_;

@@ -70,7 +70,8 @@ template <class T, int N> struct Loop {
 };
 
 /// A flight that begins: the actuators are as the command asks, which nobody decided.
-template <class T, int N> OMNIMORPH_FN FlightState<T, N> state_at(const Loop<T, N>& loop, const FlightStart<T, N>& start) {
+template <class T, int N>
+OMNIMORPH_FN FlightState<T, N> state_at(const Loop<T, N>& loop, const FlightStart<T, N>& start) {
     FlightState<T, N> x{};
     x.plant = plant_at(loop.plant, start.motion, start.command);
     x.decided.command = start.command;
@@ -88,17 +89,20 @@ template <class T, int N> OMNIMORPH_FN std::uint32_t control_step(const Loop<T, 
 }
 
 /// Put the command that was decided on its way to the motors.
-template <class T, int N> OMNIMORPH_FN void send(const Loop<T, N>& loop, const FlightState<T, N>& x, StepMemory<T, N>& memory) {
-    if (memory.delay_line != nullptr) memory.delay_line->send(loop.plant.settings.delay.steps, x.step, x.decided.command);
+template <class T, int N>
+OMNIMORPH_FN void send(const Loop<T, N>& loop, const FlightState<T, N>& x, StepMemory<T, N>& memory) {
+    if (memory.delay_line != nullptr)
+        memory.delay_line->send(loop.plant.settings.delay.steps, x.step, x.decided.command);
 }
-template <class T, int N> OMNIMORPH_FN const Command<T, N>& command_in_force(const FlightState<T, N>& x, StepMemory<T, N>& memory) {
+template <class T, int N>
+OMNIMORPH_FN const Command<T, N>& command_in_force(const FlightState<T, N>& x, StepMemory<T, N>& memory) {
     return memory.delay_line != nullptr ? memory.delay_line->arrived(x.step) : x.decided.command;
 }
 
 /// track -> allocate, from an estimate of the motion.
 template <class T, int N>
-OMNIMORPH_FN void decide(const Loop<T, N>& loop, const Motion<T>& known, const Desired<T>& desired, FlightState<T, N>& x,
-                         StepMemory<T, N>& memory) {
+OMNIMORPH_FN void decide(const Loop<T, N>& loop, const Motion<T>& known, const Desired<T>& desired,
+                         FlightState<T, N>& x, StepMemory<T, N>& memory) {
     const Demand<T> demand = track(loop.tracking, known, desired, x.tracking);
     allocate(loop.allocation, loop.problem, known, demand, x.decided, memory.allocation);
     x.decided_outside = false;

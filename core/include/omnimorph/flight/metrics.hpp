@@ -21,32 +21,34 @@ template <class T> struct CompensatedSum {
 
 /// The rows of the flights in the lanes of T, summed up.
 template <class T> struct FlightSums {
-    T rows = T(0);                                             // from the first to the last whose numbers are all finite
-    CompensatedSum<T> distance, distance_squared;              // ‖p − p_d‖, m
-    T distance_max = T(0);                                     //
-    CompensatedSum<T> angle, angle_squared;                    // between R and R_d, rad
-    T angle_max = T(0);                                        //
-    CompensatedSum<T> sine;                                    // ‖e_R‖
-    CompensatedSum<T> drag_power, kinetic_energy_gained;       // W, all rows but the first; J
-    CompensatedSum<T> tilt;                                    // rad, over servos too
-    T tilt_min = T(1e30), tilt_max = T(-1e30);                 // beyond any servo
-    T saturated_rows = T(0);                                   //
-    T speed_max = T(0);                                        // rad/s
-    T kkt_residual_max = T(0);                                 // NaN if a residual is none
-    T unproven_steps = T(0);                                   // control steps whose residual is larger than what proves an answer
-    T last_rows = T(0);                                        // of the last second of the whole flight, as what follows
-    CompensatedSum<T> last_distance, last_angle;               //
+    T rows = T(0);                                        // from the first to the last whose numbers are all finite
+    CompensatedSum<T> distance, distance_squared;         // ‖p − p_d‖, m
+    T distance_max = T(0);                                //
+    CompensatedSum<T> angle, angle_squared;               // between R and R_d, rad
+    T angle_max = T(0);                                   //
+    CompensatedSum<T> sine;                               // ‖e_R‖
+    CompensatedSum<T> drag_power, kinetic_energy_gained;  // W, all rows but the first; J
+    CompensatedSum<T> tilt;                               // rad, over servos too
+    T tilt_min = T(1e30), tilt_max = T(-1e30);            // beyond any servo
+    T saturated_rows = T(0);                              //
+    T speed_max = T(0);                                   // rad/s
+    T kkt_residual_max = T(0);                            // NaN if a residual is none
+    T unproven_steps = T(0);                      // control steps whose residual is larger than what proves an answer
+    T last_rows = T(0);                           // of the last second of the whole flight, as what follows
+    CompensatedSum<T> last_distance, last_angle;  //
 
     static constexpr auto fields() {
         using S = FlightSums;
         return std::make_tuple(
             field("rows", &S::rows), field("distance", &S::distance), field("distance_squared", &S::distance_squared),
-            field("distance_max", &S::distance_max), field("angle", &S::angle), field("angle_squared", &S::angle_squared),
-            field("angle_max", &S::angle_max), field("sine", &S::sine), field("drag_power", &S::drag_power),
-            field("kinetic_energy_gained", &S::kinetic_energy_gained), field("tilt", &S::tilt), field("tilt_min", &S::tilt_min),
-            field("tilt_max", &S::tilt_max), field("saturated_rows", &S::saturated_rows), field("speed_max", &S::speed_max),
+            field("distance_max", &S::distance_max), field("angle", &S::angle),
+            field("angle_squared", &S::angle_squared), field("angle_max", &S::angle_max), field("sine", &S::sine),
+            field("drag_power", &S::drag_power), field("kinetic_energy_gained", &S::kinetic_energy_gained),
+            field("tilt", &S::tilt), field("tilt_min", &S::tilt_min), field("tilt_max", &S::tilt_max),
+            field("saturated_rows", &S::saturated_rows), field("speed_max", &S::speed_max),
             field("kkt_residual_max", &S::kkt_residual_max), field("unproven_steps", &S::unproven_steps),
-            field("last_rows", &S::last_rows), field("last_distance", &S::last_distance), field("last_angle", &S::last_angle));
+            field("last_rows", &S::last_rows), field("last_distance", &S::last_distance),
+            field("last_angle", &S::last_angle));
     }
 };
 inline constexpr double last_second = 1.0;
@@ -84,7 +86,8 @@ template <class T, int N> class FlightMetrics {
         T bounds = T(0);
         for (int i = 0; i < n_; ++i) bounds += abs(decided.active[i]);
         sums_.saturated_rows += counted(select(bounds > T(0), T(1), T(0)));
-        sums_.kkt_residual_max = select(counts_, max_or_nan(sums_.kkt_residual_max, decided.kkt_residual), sums_.kkt_residual_max);
+        sums_.kkt_residual_max =
+            select(counts_, max_or_nan(sums_.kkt_residual_max, decided.kkt_residual), sums_.kkt_residual_max);
         if (!flight.control_is_due()) return;
         sums_.unproven_steps += counted(select(decided.kkt_residual > T(box_qp::proven<T>), T(1), T(0)));
     }

@@ -14,44 +14,49 @@ template <class T, int N> struct Row {
 
 inline constexpr int per_rotor = -1, per_servo = -2;  // instead of a number, in the shape of a column
 
-/// Its name, the shape of a row of it (up to two numbers; 0 for none), how it is stored, and where its numbers are.
-template <class Stored, class Values> struct Column {
+/// Its name, the shape of a row of it (up to two extents; 0 for none), how it is stored, and where its numbers are.
+template <int Rows, int Columns, class Stored, class Values> struct Column {
     using Number = Stored;
+    static constexpr int shape[2] = {Rows, Columns};
     const char* name;
-    int shape[2];
     Values values;
 
-    constexpr int width(int n, int m) const {
-        int product = 1;
-        for (const int extent : shape) product *= extent == per_rotor ? n : extent == per_servo ? m : extent == 0 ? 1 : extent;
-        return product;
+    /// How many numbers a row has; a constant, where the counts are.
+    template <int N> static constexpr int width(Count<N> n, int m) {
+        return extent(Rows, n, m) * extent(Columns, n, m);
+    }
+
+  private:
+    static constexpr int extent(int in_shape, int n, int m) {
+        return in_shape == per_rotor ? n : in_shape == per_servo ? m : in_shape == 0 ? 1 : in_shape;
     }
 };
-template <class Stored = double, class Values> constexpr auto column(const char* name, int rows, int columns, Values values) {
-    return Column<Stored, Values>{name, {rows, columns}, values};
+template <int Rows = 0, int Columns = 0, class Stored = double, class Values>
+constexpr auto column(const char* name, Values values) {
+    return Column<Rows, Columns, Stored, Values>{name, values};
 }
 
 template <class T, int N> constexpr auto columns() {
     using R = Row<T, N>;
     return std::make_tuple(
-        column("p_WB", 3, 0, [](const R& row) { return row.x.plant.motion.p.a; }),
-        column("R_WB", 3, 3, [](const R& row) { return row.x.plant.motion.R.a[0]; }),
-        column("v_WB", 3, 0, [](const R& row) { return row.x.plant.motion.v.a; }),
-        column("w_WB_B", 3, 0, [](const R& row) { return row.x.plant.motion.w.a; }),
-        column("desired_p_WB", 3, 0, [](const R& row) { return row.desired.p.a; }),
-        column("desired_R_WB", 3, 3, [](const R& row) { return row.desired.R.a[0]; }),
-        column("desired_v_WB", 3, 0, [](const R& row) { return row.desired.v.a; }),
-        column("desired_w_WB_B", 3, 0, [](const R& row) { return row.desired.w.a; }),
-        column("thrust_command", per_rotor, 0, [](const R& row) { return row.x.decided.command.thrust.a; }),
-        column("thrust_actual", per_rotor, 0, [](const R& row) { return row.thrust_actual.a; }),
-        column("speed", per_rotor, 0, [](const R& row) { return row.x.plant.actuators.speed.a; }),
-        column("tilt_command", per_servo, 0, [](const R& row) { return row.x.decided.command.tilt.a; }),
-        column("tilt_actual", per_servo, 0, [](const R& row) { return row.x.plant.actuators.tilt.a; }),
-        column("wrench_asked", 6, 0, [](const R& row) { return row.x.decided.wrench_asked.a; }),
-        column("wrench_achieved", 6, 0, [](const R& row) { return row.x.plant.load.wrench.a; }),
-        column("cost", 0, 0, [](const R& row) { return &row.x.decided.cost; }),
-        column("kkt_residual", 0, 0, [](const R& row) { return &row.x.decided.kkt_residual; }),
-        column<std::int8_t>("active", per_rotor, 0, [](const R& row) { return row.x.decided.active.a; }));
+        column<3>("p_WB", [](const R& row) { return row.x.plant.motion.p.a; }),
+        column<3, 3>("R_WB", [](const R& row) { return row.x.plant.motion.R.a[0]; }),
+        column<3>("v_WB", [](const R& row) { return row.x.plant.motion.v.a; }),
+        column<3>("w_WB_B", [](const R& row) { return row.x.plant.motion.w.a; }),
+        column<3>("desired_p_WB", [](const R& row) { return row.desired.p.a; }),
+        column<3, 3>("desired_R_WB", [](const R& row) { return row.desired.R.a[0]; }),
+        column<3>("desired_v_WB", [](const R& row) { return row.desired.v.a; }),
+        column<3>("desired_w_WB_B", [](const R& row) { return row.desired.w.a; }),
+        column<per_rotor>("thrust_command", [](const R& row) { return row.x.decided.command.thrust.a; }),
+        column<per_rotor>("thrust_actual", [](const R& row) { return row.thrust_actual.a; }),
+        column<per_rotor>("speed", [](const R& row) { return row.x.plant.actuators.speed.a; }),
+        column<per_servo>("tilt_command", [](const R& row) { return row.x.decided.command.tilt.a; }),
+        column<per_servo>("tilt_actual", [](const R& row) { return row.x.plant.actuators.tilt.a; }),
+        column<6>("wrench_asked", [](const R& row) { return row.x.decided.wrench_asked.a; }),
+        column<6>("wrench_achieved", [](const R& row) { return row.x.plant.load.wrench.a; }),
+        column("cost", [](const R& row) { return &row.x.decided.cost; }),
+        column("kkt_residual", [](const R& row) { return &row.x.decided.kkt_residual; }),
+        column<per_rotor, 0, std::int8_t>("active", [](const R& row) { return row.x.decided.active.a; }));
 }
 inline constexpr int n_columns = std::tuple_size_v<decltype(columns<double, 1>())>;
 
@@ -62,7 +67,8 @@ struct Record {
 };
 
 /// Write one lane of a row, number `index` of the flight.
-template <class T, int N> void write_row(const Row<T, N>& row, int n, int m, int lane_number, long index, const Record& record) {
+template <class T, int N>
+void write_row(const Row<T, N>& row, Count<N> n, int m, int lane_number, long index, const Record& record) {
     int k = 0;
     const auto write = [&](const auto& column) {
         using Number = typename std::decay_t<decltype(column)>::Number;

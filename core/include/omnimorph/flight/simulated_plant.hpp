@@ -11,7 +11,12 @@ template <class T, int N> class SimulatedPlant {
   public:
     /// Of the settings of a loop, all but its controller.
     SimulatedPlant(const LoopSettings<T, N>& s, NoiseKey noise)
-        : plant_(s.plant), sensors_(s.sensors), filter_(s.estimator), noise_(noise), control_every_(s.control_every), command_(s.start.command) {
+        : plant_(s.plant),
+          sensors_(s.sensors),
+          filter_(s.estimator),
+          noise_(noise),
+          control_every_(s.control_every),
+          command_(s.start.command) {
         state_ = plant_at(plant_, s.start.motion, s.start.command);
         if (s.plant.delay.steps == 0) return;
         delay_line_ = std::make_unique<DelayLine<T, N>>();

@@ -68,16 +68,18 @@ struct StateHeader {
 
     static constexpr auto fields() {
         using H = StateHeader;
-        return std::make_tuple(field("version", &H::version), field("n_rotors", &H::n_rotors), field("n_servos", &H::n_servos),
-                               field("has_delay_line", &H::has_delay_line));
+        return std::make_tuple(field("version", &H::version), field("n_rotors", &H::n_rotors),
+                               field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line));
     }
     bool operator==(const StateHeader& o) const {
-        return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos && has_delay_line == o.has_delay_line;
+        return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos &&
+               has_delay_line == o.has_delay_line;
     }
 };
 
 /// A state, and the commands under way if there is a delay (else null).
-inline std::vector<unsigned char> store(StateHeader header, const FlightState<double, 0>& state, const DelayLine<double, 0>* delay_line) {
+inline std::vector<unsigned char> store(StateHeader header, const FlightState<double, 0>& state,
+                                        const DelayLine<double, 0>* delay_line) {
     std::vector<unsigned char> bytes;
     header.has_delay_line = delay_line != nullptr;
     stored::append(bytes, header);
@@ -92,19 +94,21 @@ enum class Stored { read, of_another_version, of_another_flight, broken };
 inline bool is_possible(const FlightState<double, 0>& state, const DelayLine<double, 0>* line) {
     const bool counts = state.step >= 0 && state.last_step[0] >= 0 && state.last_step[0] <= state.step;
     const bool status = state.status[0] >= FlightStatus::flying && state.status[0] <= FlightStatus::diverged;
-    const bool under_way = line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest && line->newest - line->oldest <= line->places);
+    const bool under_way = line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest &&
+                                               line->newest - line->oldest <= line->places);
     return counts && status && under_way;
 }
 
 /// Read a state that belongs to a flight with this header.
-inline Stored read_state(const std::vector<unsigned char>& bytes, const StateHeader& expected, FlightState<double, 0>& state,
-                         DelayLine<double, 0>* delay_line) {
+inline Stored read_state(const std::vector<unsigned char>& bytes, const StateHeader& expected,
+                         FlightState<double, 0>& state, DelayLine<double, 0>* delay_line) {
     std::size_t at = 0;
     StateHeader header;
     if (!stored::extract(bytes, at, header)) return Stored::broken;
     if (header.version != expected.version) return Stored::of_another_version;
     if (!(header == expected)) return Stored::of_another_flight;
-    const bool there = stored::extract(bytes, at, state) && (delay_line == nullptr || stored::extract(bytes, at, *delay_line));
+    const bool there =
+        stored::extract(bytes, at, state) && (delay_line == nullptr || stored::extract(bytes, at, *delay_line));
     return there && at == bytes.size() && is_possible(state, delay_line) ? Stored::read : Stored::broken;
 }
 

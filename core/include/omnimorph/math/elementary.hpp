@@ -13,9 +13,10 @@ namespace elementary {
 template <class S> struct Format;
 template <> struct Format<double> {
     static constexpr int mantissa_bits = 52, exponent_bias = 1023;
-    static constexpr double one_and_a_half = 0x1.8p52;  // beside it an integer is the lowest bits of a number
+    static constexpr double one_and_a_half = 0x1.8p52;    // beside it an integer is the lowest bits of a number
     static constexpr double least = -708, largest = 709;  // whose exponentials are normal numbers
-    static constexpr double ln2_high = 6.93147180369123816490e-01, ln2_low = 1.90821492927058770002e-10;  // the high part ends in zeros
+    static constexpr double ln2_high = 6.93147180369123816490e-01,
+                            ln2_low = 1.90821492927058770002e-10;  // the high part ends in zeros
 };
 template <> struct Format<float> {
     static constexpr int mantissa_bits = 23, exponent_bias = 127;
@@ -50,8 +51,9 @@ template <class T, int K> OMNIMORPH_FN T polynomial(const T& x, const double (&c
 template <class T> OMNIMORPH_FN T exp(const T& x) {
     using F = elementary::Format<Scalar<T>>;
     // e^r, |r| <= ln 2 / 2: the powers over their factorials
-    constexpr double series[] = {1.0,          1.0,           1.0 / 2,       1.0 / 6,         1.0 / 24,         1.0 / 120,         1.0 / 720,
-                                 1.0 / 5040,   1.0 / 40320,   1.0 / 362880,  1.0 / 3628800,   1.0 / 39916800,   1.0 / 479001600,   1.0 / 6227020800.0};
+    constexpr double series[] = {
+        1.0,        1.0,         1.0 / 2,      1.0 / 6,       1.0 / 24,       1.0 / 120,       1.0 / 720,
+        1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800.0};
     const T within = clamp(x, T(F::least), T(F::largest));
     const T k = nearbyint(within * T(1.44269504088896340736));
     const T r = (within - k * T(F::ln2_high)) - k * T(F::ln2_low);
@@ -63,7 +65,8 @@ template <class T> OMNIMORPH_FN T exp(const T& x) {
 template <class T> OMNIMORPH_FN T log(const T& x) {
     using F = elementary::Format<Scalar<T>>;
     // ln m = 2 (s + s³/3 + s⁵/5 + …), s = (m - 1) / (m + 1), √½ <= m < √2
-    constexpr double series[] = {2.0 / 3, 2.0 / 5, 2.0 / 7, 2.0 / 9, 2.0 / 11, 2.0 / 13, 2.0 / 15, 2.0 / 17, 2.0 / 19, 2.0 / 21};
+    constexpr double series[] = {2.0 / 3,  2.0 / 5,  2.0 / 7,  2.0 / 9,  2.0 / 11,
+                                 2.0 / 13, 2.0 / 15, 2.0 / 17, 2.0 / 19, 2.0 / 21};
     const T e = elementary::exponent_of(x * T(0.70710678118654752440)) + T(1);
     const T m = x * elementary::power_of_two(-e);
     const T s = (m - T(1)) / (m + T(1)), s2 = s * s;
@@ -75,12 +78,14 @@ template <class T> OMNIMORPH_FN T log(const T& x) {
 template <class T> OMNIMORPH_FN T atan2(const T& y, const T& x) {
     constexpr double pi = 3.14159265358979323846, tangent_8 = 0.41421356237309504880;  // of pi / 8
     // atan t = t - t³/3 + t⁵/5 …, |t| <= tan(pi / 16)
-    constexpr double series[] = {-1.0 / 3, 1.0 / 5, -1.0 / 7, 1.0 / 9, -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17, -1.0 / 19, 1.0 / 21, -1.0 / 23};
+    constexpr double series[] = {-1.0 / 3,  1.0 / 5,  -1.0 / 7,  1.0 / 9,  -1.0 / 11, 1.0 / 13,
+                                 -1.0 / 15, 1.0 / 17, -1.0 / 19, 1.0 / 21, -1.0 / 23};
     const T width = abs(x), height = abs(y);
     const Mask<T> steep = height > width;
     const T larger = select(steep, height, width), smaller = select(steep, width, height);
     // from the nearest of 0, pi/8 and pi/4: the tangent of the difference of two angles
-    const Mask<T> near_8 = smaller > T(0.19891236737965800691) * larger, near_4 = smaller > T(0.66817863791929891999) * larger;
+    const Mask<T> near_8 = smaller > T(0.19891236737965800691) * larger,
+                  near_4 = smaller > T(0.66817863791929891999) * larger;
     const T tangent = select(near_4, T(1), select(near_8, T(tangent_8), T(0)));
     const T base = select(near_4, T(pi / 4), select(near_8, T(pi / 8), T(0)));
     const T below = larger + tangent * smaller;

@@ -31,13 +31,14 @@ struct Table {
 /// One field. A derived one follows from others and is set by `derive`, never from outside.
 template <class Record, class Member> struct Field {
     const char* name;
-    Member Record::*place;
+    Member Record::* place;
     bool is_derived;
 };
-template <class Record, class Member> constexpr Field<Record, Member> field(const char* name, Member Record::*place) {
+template <class Record, class Member> constexpr Field<Record, Member> field(const char* name, Member Record::* place) {
     return {name, place, false};
 }
-template <class Record, class Member> constexpr Field<Record, Member> derived(const char* name, Member Record::*place) {
+template <class Record, class Member>
+constexpr Field<Record, Member> derived(const char* name, Member Record::* place) {
     return {name, place, true};
 }
 
@@ -49,7 +50,8 @@ struct Anything {
 };
 template <class Record, class Places, class = void> struct HasMembers : std::false_type {};
 template <class Record, std::size_t... I>
-struct HasMembers<Record, std::index_sequence<I...>, std::void_t<decltype(Record{(void(I), Anything{})...})>> : std::true_type {};
+struct HasMembers<Record, std::index_sequence<I...>, std::void_t<decltype(Record{(void(I), Anything{})...})>>
+    : std::true_type {};
 
 /// How many members an aggregate has.
 template <class Record, std::size_t Guess = 1> constexpr std::size_t member_count() {
@@ -83,7 +85,8 @@ template <class X> inline constexpr bool is_choice = false;
 template <class... Records> inline constexpr bool is_choice<std::variant<Records...>> = true;
 
 template <class Record> constexpr void expect_every_member() {
-    static_assert(member_count<Record>() == std::tuple_size_v<decltype(Record::fields())>, "a member is missing in the list of fields");
+    static_assert(member_count<Record>() == std::tuple_size_v<decltype(Record::fields())>,
+                  "a member is missing in the list of fields");
 }
 
 }  // namespace fields
@@ -129,7 +132,8 @@ void for_each_leaf_of_record(const std::string& path, X& x, const Y& y, Visit&& 
     [[maybe_unused]] const auto one = [&](const auto& of_x, const auto& of_y) {
         using Member = std::decay_t<decltype(x.*of_x.place)>;
         const std::string beside = path.empty() ? "" : path + ".";
-        if (!of_x.is_derived) for_each_leaf(is_list<Member> ? path : beside + of_x.name, x.*of_x.place, y.*of_y.place, visit);
+        if (!of_x.is_derived)
+            for_each_leaf(is_list<Member> ? path : beside + of_x.name, x.*of_x.place, y.*of_y.place, visit);
     };
     (one(std::get<I>(X::fields()), std::get<I>(Y::fields())), ...);
 }
@@ -142,7 +146,8 @@ template <class X, class Y, class Visit, std::size_t... I>
 void for_each_leaf_of_choice(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
     const auto one = [&](auto k) {
         if (x.index() == k && y.index() == k)
-            for_each_leaf(path + "." + std::variant_alternative_t<k, X>::name, *std::get_if<k>(&x), *std::get_if<k>(&y), visit);
+            for_each_leaf(path + "." + std::variant_alternative_t<k, X>::name, *std::get_if<k>(&x), *std::get_if<k>(&y),
+                          visit);
     };
     (one(std::integral_constant<std::size_t, I>()), ...);
 }
@@ -180,7 +185,8 @@ template <class X, class Y, class Visit> void for_each_number(X& x, const Y& y, 
     } else if constexpr (fields::is_array<X>) {
         auto& to = fields::elements_of(x);
         const auto& from = fields::elements_of(y);
-        for (std::size_t k = 0; k < std::min(std::size(to), std::size(from)); ++k) for_each_number(to[k], from[k], visit);
+        for (std::size_t k = 0; k < std::min(std::size(to), std::size(from)); ++k)
+            for_each_number(to[k], from[k], visit);
     } else {
         visit(x, y);
     }
@@ -196,7 +202,8 @@ template <class To, class From> To convert(const From& from) {
 /// Whether each lane may have its own numbers in it: an array of packs, or a pack.
 template <class X> constexpr bool has_lanes() {
     if constexpr (fields::is_array<X>) {
-        return has_lanes<std::remove_cv_t<std::remove_reference_t<decltype(fields::elements_of(std::declval<X&>())[0])>>>();
+        return has_lanes<
+            std::remove_cv_t<std::remove_reference_t<decltype(fields::elements_of(std::declval<X&>())[0])>>>();
     } else {
         return lane_count<X> > 1;
     }

@@ -92,7 +92,9 @@ template <class T> OMNIMORPH_FN Mat3<T> inverse(const Mat3<T>& M) {
 }
 
 // The same value in another number type.
-template <class T, class S> OMNIMORPH_FN T cast(const S& x) { return T(x); }
+template <class T, class S> OMNIMORPH_FN T cast(const S& x) {
+    return T(x);
+}
 template <class T, class S, int R> OMNIMORPH_FN Vec<T, R> cast(const Vec<S, R>& x) {
     Vec<T, R> y;
     for (int i = 0; i < R; ++i) y[i] = T(x[i]);

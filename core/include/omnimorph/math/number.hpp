@@ -18,13 +18,27 @@ namespace omnimorph {
 
 template <class T> using IfFloat = std::enable_if_t<std::is_floating_point_v<T>>;
 
-OMNIMORPH_FN bool any(bool mask) { return mask; }
-OMNIMORPH_FN bool all(bool mask) { return mask; }
-template <class T, class = IfFloat<T>> OMNIMORPH_FN T select(bool mask, T yes, T no) { return mask ? yes : no; }
-OMNIMORPH_FN double sqrt(double x) { return std::sqrt(x); }
-OMNIMORPH_FN float sqrt(float x) { return std::sqrt(x); }
-OMNIMORPH_FN double nearbyint(double x) { return std::nearbyint(x); }
-OMNIMORPH_FN float nearbyint(float x) { return std::nearbyint(x); }
+OMNIMORPH_FN bool any(bool mask) {
+    return mask;
+}
+OMNIMORPH_FN bool all(bool mask) {
+    return mask;
+}
+template <class T, class = IfFloat<T>> OMNIMORPH_FN T select(bool mask, T yes, T no) {
+    return mask ? yes : no;
+}
+OMNIMORPH_FN double sqrt(double x) {
+    return std::sqrt(x);
+}
+OMNIMORPH_FN float sqrt(float x) {
+    return std::sqrt(x);
+}
+OMNIMORPH_FN double nearbyint(double x) {
+    return std::nearbyint(x);
+}
+OMNIMORPH_FN float nearbyint(float x) {
+    return std::nearbyint(x);
+}
 
 /// The scalar that one lane holds, the truth of a comparison, and how many lanes there are.
 template <class T> struct NumberTraits {
@@ -39,14 +53,24 @@ template <class T> inline constexpr int lane_count = NumberTraits<T>::lanes;
 template <class T> inline constexpr bool is_double = NumberTraits<T>::is_double;
 
 /// The number of one lane, and another one in its place.
-template <class T> OMNIMORPH_FN const T& lane(const T& x, int) { return x; }
-template <class T> OMNIMORPH_FN void set_lane(T& x, int, const T& value) { x = value; }
-OMNIMORPH_FN bool is_set(bool mask, int) { return mask; }
+template <class T> OMNIMORPH_FN const T& lane(const T& x, int) {
+    return x;
+}
+template <class T> OMNIMORPH_FN void set_lane(T& x, int, const T& value) {
+    x = value;
+}
+OMNIMORPH_FN bool is_set(bool mask, int) {
+    return mask;
+}
 
 /// The bits of each number as an unsigned integer of its size, and back.
 template <int Bytes> struct IntegerOfSize;
-template <> struct IntegerOfSize<4> { using Type = std::int32_t; };
-template <> struct IntegerOfSize<8> { using Type = std::int64_t; };
+template <> struct IntegerOfSize<4> {
+    using Type = std::int32_t;
+};
+template <> struct IntegerOfSize<8> {
+    using Type = std::int64_t;
+};
 template <class T> struct Bits {
     using Type = std::make_unsigned_t<typename IntegerOfSize<sizeof(T)>::Type>;
 };
@@ -63,18 +87,30 @@ template <class T> OMNIMORPH_FN T from_bits(const typename Bits<T>::Type& bits) 
 
 // ---- functions of any number ---------------------------------------------------------------------------
 
-template <class T> OMNIMORPH_FN T min(const T& a, const T& b) { return select(a < b, a, b); }
-template <class T> OMNIMORPH_FN T max(const T& a, const T& b) { return select(a > b, a, b); }
+template <class T> OMNIMORPH_FN T min(const T& a, const T& b) {
+    return select(a < b, a, b);
+}
+template <class T> OMNIMORPH_FN T max(const T& a, const T& b) {
+    return select(a > b, a, b);
+}
 /// x within the limits; what is not a number stays so.
 template <class T> OMNIMORPH_FN T clamp(const T& x, const T& low, const T& high) {
     return select(x < low, low, select(x > high, high, x));
 }
-template <class T> OMNIMORPH_FN T abs(const T& x) { return from_bits<T>(bits_of(x) & ~bits_of(T(-0.0))); }
+template <class T> OMNIMORPH_FN T abs(const T& x) {
+    return from_bits<T>(bits_of(x) & ~bits_of(T(-0.0)));
+}
 /// |x| with the sign of `sign` (a zero sign counts as positive).
-template <class T> OMNIMORPH_FN T with_sign(const T& x, const T& sign) { return select(sign < T(0), -abs(x), abs(x)); }
-template <class T> OMNIMORPH_FN Mask<T> is_finite(const T& x) { return (x - x) == T(0); }
+template <class T> OMNIMORPH_FN T with_sign(const T& x, const T& sign) {
+    return select(sign < T(0), -abs(x), abs(x));
+}
+template <class T> OMNIMORPH_FN Mask<T> is_finite(const T& x) {
+    return (x - x) == T(0);
+}
 /// The larger of two numbers, and not a number if one of them is none.
-template <class T> OMNIMORPH_FN T max_or_nan(const T& a, const T& b) { return select((a >= b) | !(a == a), a, b); }
+template <class T> OMNIMORPH_FN T max_or_nan(const T& a, const T& b) {
+    return select((a >= b) | !(a == a), a, b);
+}
 
 /// sin x and cos x in every lane, for |x| up to about 1e5, to the last bit or two of a double.
 ///

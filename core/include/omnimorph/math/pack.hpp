@@ -68,8 +68,12 @@ template <class S, int Lanes> struct NumberTraits<Pack<S, Lanes>> {
     static constexpr int lanes = Lanes;
     static constexpr bool is_double = NumberTraits<S>::is_double;
 };
-template <class S, int Lanes> OMNIMORPH_FN S lane(const Pack<S, Lanes>& x, int index) { return x[index]; }
-template <class S, int Lanes> OMNIMORPH_FN void set_lane(Pack<S, Lanes>& x, int index, S value) { x.set(index, value); }
+template <class S, int Lanes> OMNIMORPH_FN S lane(const Pack<S, Lanes>& x, int index) {
+    return x[index];
+}
+template <class S, int Lanes> OMNIMORPH_FN void set_lane(Pack<S, Lanes>& x, int index, S value) {
+    x.set(index, value);
+}
 
 template <class S, int Lanes> struct Bits<Pack<S, Lanes>> {
     typedef typename Bits<S>::Type Type __attribute__((vector_size(Lanes * sizeof(S))));

@@ -9,7 +9,8 @@
 namespace omnimorph {
 
 /// Philox 4x32, ten rounds (J. K. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC 2011).
-OMNIMORPH_FN std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter, std::array<std::uint32_t, 2> key) {
+OMNIMORPH_FN std::array<std::uint32_t, 4> philox(std::array<std::uint32_t, 4> counter,
+                                                 std::array<std::uint32_t, 2> key) {
     for (int round = 0; round < 10; ++round) {
         const std::uint64_t x = std::uint64_t{0xD2511F53u} * counter[0], y = std::uint64_t{0xCD9E8D57u} * counter[2];
         counter = {static_cast<std::uint32_t>(y >> 32) ^ counter[1] ^ key[0], static_cast<std::uint32_t>(y),
@@ -34,11 +35,13 @@ OMNIMORPH_FN double uniform(std::uint32_t high, std::uint32_t low) {
 
 /// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller). The lanes of T are flights that follow
 /// one another, from `first` on.
-template <class T = double> OMNIMORPH_FN std::array<T, 2> standard_normal_pair(NoiseKey first, std::uint32_t step, std::uint32_t pair) {
+template <class T = double>
+OMNIMORPH_FN std::array<T, 2> standard_normal_pair(NoiseKey first, std::uint32_t step, std::uint32_t pair) {
     T u, v;
     for (int l = 0; l < lane_count<T>; ++l) {
-        const auto bits = philox({step, pair, first.flight + std::uint32_t(l), 0u},
-                                 {static_cast<std::uint32_t>(first.seed), static_cast<std::uint32_t>(first.seed >> 32)});
+        const auto bits =
+            philox({step, pair, first.flight + std::uint32_t(l), 0u},
+                   {static_cast<std::uint32_t>(first.seed), static_cast<std::uint32_t>(first.seed >> 32)});
         set_lane(u, l, Scalar<T>(uniform(bits[0], bits[1])));
         set_lane(v, l, Scalar<T>(uniform(bits[2], bits[3])));
     }

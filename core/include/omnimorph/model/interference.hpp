@@ -51,7 +51,9 @@ inline constexpr double beta = 0.948;                       // share of hover th
 template <class T> struct WakeCosine {
     int servo;
     T constant, cosine, sine;
-    T at(const TiltTrigonometry<T>& trig) const { return constant + cosine * trig.cosine[servo] + sine * trig.sine[servo]; }
+    T at(const TiltTrigonometry<T>& trig) const {
+        return constant + cosine * trig.cosine[servo] + sine * trig.sine[servo];
+    }
     bool is(const WakeCosine& o) const {
         return servo == o.servo && !any(!((constant == o.constant) & ((cosine == o.cosine) & (sine == o.sine))));
     }
@@ -110,14 +112,18 @@ template <class T, int N> class Interference {
     }
 
   private:
-    static Vec3<T> untilted_axis(const Vehicle<T, N>& vehicle, int i) { return vehicle.axis[i] + vehicle.axis_cosine[i]; }
+    static Vec3<T> untilted_axis(const Vehicle<T, N>& vehicle, int i) {
+        return vehicle.axis[i] + vehicle.axis_cosine[i];
+    }
 
     static bool is_above(const Vehicle<T, N>& vehicle, int a, int b) {
-        const Vec3<T> za = untilted_axis(vehicle, a), zb = untilted_axis(vehicle, b), way = vehicle.position[b] - vehicle.position[a];
+        const Vec3<T> za = untilted_axis(vehicle, a), zb = untilted_axis(vehicle, b),
+                      way = vehicle.position[b] - vehicle.position[a];
         const double distance = sqrt(double(lane(dot(way, way), 0)));
         const double drop = -double(lane(dot(way, za), 0));
         // of two hubs at the same place neither is above the other
-        return distance > 0 && drop >= interference::in_line * distance && double(lane(dot(za, zb), 0)) >= interference::in_line;
+        return distance > 0 && drop >= interference::in_line * distance &&
+               double(lane(dot(za, zb), 0)) >= interference::in_line;
     }
 
     void add_pair(const Vehicle<T, N>& vehicle, int a, int b) {
@@ -125,7 +131,8 @@ template <class T, int N> class Interference {
         const Vec3<T> line = (T(-1) / sqrt(dot(way, way))) * way;  // from below to above
         // the wake leaves along -z downwards (w > 0), along +z upwards (w < 0), and the line turns round with it
         const auto wake_of = [&](int i) {
-            return number_of({vehicle.servo[i], dot(vehicle.axis[i], line), dot(vehicle.axis_cosine[i], line), dot(vehicle.axis_sine[i], line)});
+            return number_of({vehicle.servo[i], dot(vehicle.axis[i], line), dot(vehicle.axis_cosine[i], line),
+                              dot(vehicle.axis_sine[i], line)});
         };
         pairs_[n_pairs_++] = {a, b, wake_of(a), wake_of(b)};
     }

@@ -7,7 +7,7 @@
 
 namespace omnimorph {
 
-inline constexpr double gravity = 9.81;       // m/s²
+inline constexpr double gravity = 9.81;  // m/s²
 inline constexpr int most_rotors = 18;
 inline constexpr int most_servos = 18;
 
@@ -73,14 +73,15 @@ template <class T, int N> struct Vehicle {
 
     static constexpr auto fields() {
         using V = Vehicle;
-        return std::make_tuple(derived("n_rotors", &V::n_rotors), derived("n_servos", &V::n_servos), field("mass", &V::mass),
-                               field("inertia", &V::inertia), derived("inertia_inverse", &V::inertia_inverse),
-                               field("position", &V::position), field("axis", &V::axis), field("axis_cosine", &V::axis_cosine),
-                               field("axis_sine", &V::axis_sine), field("servo", &V::servo), field("spin", &V::spin),
-                               field("thrust_coefficient", &V::thrust_coefficient), field("drag_coefficient", &V::drag_coefficient),
-                               field("speed_min", &V::speed_min), field("speed_max", &V::speed_max),
-                               field("spin_inertia", &V::spin_inertia), field("angle_min", &V::angle_min),
-                               field("angle_max", &V::angle_max), field("rate_max", &V::rate_max));
+        return std::make_tuple(
+            derived("n_rotors", &V::n_rotors), derived("n_servos", &V::n_servos), field("mass", &V::mass),
+            field("inertia", &V::inertia), derived("inertia_inverse", &V::inertia_inverse),
+            field("position", &V::position), field("axis", &V::axis), field("axis_cosine", &V::axis_cosine),
+            field("axis_sine", &V::axis_sine), field("servo", &V::servo), field("spin", &V::spin),
+            field("thrust_coefficient", &V::thrust_coefficient), field("drag_coefficient", &V::drag_coefficient),
+            field("speed_min", &V::speed_min), field("speed_max", &V::speed_max),
+            field("spin_inertia", &V::spin_inertia), field("angle_min", &V::angle_min),
+            field("angle_max", &V::angle_max), field("rate_max", &V::rate_max));
     }
 
     T thrust_min(int i) const { return thrust_coefficient[i] * speed_min[i] * abs(speed_min[i]); }
@@ -89,6 +90,8 @@ template <class T, int N> struct Vehicle {
 };
 
 /// Set what follows from the other fields.
-template <class T, int N> OMNIMORPH_FN void derive(Vehicle<T, N>& vehicle) { vehicle.inertia_inverse = inverse(vehicle.inertia); }
+template <class T, int N> OMNIMORPH_FN void derive(Vehicle<T, N>& vehicle) {
+    vehicle.inertia_inverse = inverse(vehicle.inertia);
+}
 
 }  // namespace omnimorph

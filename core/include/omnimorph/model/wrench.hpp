@@ -22,7 +22,8 @@ template <class T, int N, class U>
 OMNIMORPH_FN Vec3<U> rotor_axis(const Vehicle<T, N>& vehicle, int i, const TiltTrigonometry<U>& trig) {
     const U c = trig.cosine[vehicle.servo[i]], s = trig.sine[vehicle.servo[i]];
     Vec3<U> z;
-    for (int r = 0; r < 3; ++r) z[r] = U(vehicle.axis[i][r]) + U(vehicle.axis_cosine[i][r]) * c + U(vehicle.axis_sine[i][r]) * s;
+    for (int r = 0; r < 3; ++r)
+        z[r] = U(vehicle.axis[i][r]) + U(vehicle.axis_cosine[i][r]) * c + U(vehicle.axis_sine[i][r]) * s;
     return z;
 }
 
@@ -79,7 +80,8 @@ template <class T, int N> struct WrenchMap {
 };
 
 /// The map of thrusts, each in a unit of its own, in N; with units of 1 N it is A(alpha) of the paper.
-template <class T, int N> OMNIMORPH_FN WrenchMap<T, N> thrust_wrench_map(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& unit) {
+template <class T, int N>
+OMNIMORPH_FN WrenchMap<T, N> thrust_wrench_map(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& unit) {
     PerRotor<T, N> drag{};
     for (int i = 0; i < vehicle.n_rotors; ++i) drag[i] = vehicle.kappa(i) * unit[i];
     return WrenchMap<T, N>(vehicle, unit, drag);
@@ -93,8 +95,12 @@ template <class T, int N> OMNIMORPH_FN Vec6<T> wrench(const WrenchMatrix<T, N>& 
     return w;
 }
 
-template <class T> OMNIMORPH_FN Vec3<T> force_of(const Vec6<T>& w) { return {{w[0], w[1], w[2]}}; }
-template <class T> OMNIMORPH_FN Vec3<T> torque_of(const Vec6<T>& w) { return {{w[3], w[4], w[5]}}; }
+template <class T> OMNIMORPH_FN Vec3<T> force_of(const Vec6<T>& w) {
+    return {{w[0], w[1], w[2]}};
+}
+template <class T> OMNIMORPH_FN Vec3<T> torque_of(const Vec6<T>& w) {
+    return {{w[3], w[4], w[5]}};
+}
 template <class T> OMNIMORPH_FN Vec6<T> joined(const Vec3<T>& force, const Vec3<T>& torque) {
     return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
 }

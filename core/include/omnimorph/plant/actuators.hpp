@@ -15,7 +15,8 @@ template <class T, int N> struct Actuators {
     PerServo<T> tilt;          // rad
 
     static constexpr auto fields() {
-        return std::make_tuple(field("speed", &Actuators::speed), field("rest_left", &Actuators::rest_left), field("tilt", &Actuators::tilt));
+        return std::make_tuple(field("speed", &Actuators::speed), field("rest_left", &Actuators::rest_left),
+                               field("tilt", &Actuators::tilt));
     }
 };
 
@@ -33,6 +34,8 @@ template <class T> struct Rotor {
 };
 
 /// What is left of a state after the time h, with a lag of time constant tau: e^(-h/tau); nothing if there is none.
-OMNIMORPH_FN double decay(double h, double tau) { return tau > 0 ? std::exp(-h / tau) : 0.0; }
+OMNIMORPH_FN double decay(double h, double tau) {
+    return tau > 0 ? std::exp(-h / tau) : 0.0;
+}
 
 }  // namespace omnimorph

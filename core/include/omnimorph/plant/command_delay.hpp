@@ -29,8 +29,8 @@ template <class T, int N> struct DelayLine {
 
     static constexpr auto fields() {
         using D = DelayLine;
-        return std::make_tuple(field("in_force", &D::in_force), field("under_way", &D::under_way), field("arrival", &D::arrival),
-                               field("oldest", &D::oldest), field("newest", &D::newest));
+        return std::make_tuple(field("in_force", &D::in_force), field("under_way", &D::under_way),
+                               field("arrival", &D::arrival), field("oldest", &D::oldest), field("newest", &D::newest));
     }
 
     OMNIMORPH_FN void send(int delay, long step, const Command<T, N>& command) {

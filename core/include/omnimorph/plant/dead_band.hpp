@@ -27,7 +27,8 @@ template <class T, int N> struct DeadBand {
         const Mask<T> stops = reversing & (abs(rotor.speed) <= smallest[i] * T(1 + 1e-9));
         rotor.speed = select(stops, T(0), rotor.speed);
         rotor.rest_left = select(reversing, reversal_time, rotor.rest_left);
-        const Mask<T> resting = (rotor.speed == T(0)) & (rotor.rest_left > T(1e-9));  // what rounding leaves of a rest is none
+        const Mask<T> resting =
+            (rotor.speed == T(0)) & (rotor.rest_left > T(1e-9));  // what rounding leaves of a rest is none
         rotor.rest_left = max(rotor.rest_left - T(step.length), T(0));
         return select(reversing | resting, T(0), wanted);
     }

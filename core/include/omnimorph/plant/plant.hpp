@@ -23,7 +23,8 @@ template <class T, int N> struct PlantState {
 
 /// A plant whose actuators are as a command asks.
 template <class T, int N>
-OMNIMORPH_FN PlantState<T, N> plant_at(const Plant<T, N>& plant, const Motion<T>& motion, const Command<T, N>& command) {
+OMNIMORPH_FN PlantState<T, N> plant_at(const Plant<T, N>& plant, const Motion<T>& motion,
+                                       const Command<T, N>& command) {
     PlantState<T, N> state{};
     state.motion = motion;
     for (int i = 0; i < plant.n(); ++i) {
@@ -37,7 +38,8 @@ OMNIMORPH_FN PlantState<T, N> plant_at(const Plant<T, N>& plant, const Motion<T>
 
 /// The actuators a step later: commands pass the laws of rotors, and of servos and their stops.
 template <class T, int N>
-OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command, ActuatorStep step, Actuators<T, N>& actuators) {
+OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command, ActuatorStep step,
+                          Actuators<T, N>& actuators) {
     for (int i = 0; i < plant.n(); ++i) {
         const Rotor<T> rotor{actuators.speed[i], actuators.rest_left[i]};
         T aim = speed_for(plant, i, command.thrust[i]);
@@ -59,7 +61,8 @@ OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command
 }
 
 /// The sum of a push from outside and of every force of the plant, force in W and torque in B.
-template <class T, int N> OMNIMORPH_FN Vec6<T> forces_at(const Plant<T, N>& plant, const Moment<T, N>& now, const Vec6<T>& push) {
+template <class T, int N>
+OMNIMORPH_FN Vec6<T> forces_at(const Plant<T, N>& plant, const Moment<T, N>& now, const Vec6<T>& push) {
     Vec6<T> sum = push;
     const auto add = [&](const auto& force) {
         if (force.active) sum = sum + force.wrench(now);
@@ -69,7 +72,8 @@ template <class T, int N> OMNIMORPH_FN Vec6<T> forces_at(const Plant<T, N>& plan
 }
 
 template <class T, int N>
-OMNIMORPH_FN Vec3<T> linear_acceleration(const Plant<T, N>& plant, const Mat3<T>& R, const Vec6<T>& rotors, const Vec6<T>& forces) {
+OMNIMORPH_FN Vec3<T> linear_acceleration(const Plant<T, N>& plant, const Mat3<T>& R, const Vec6<T>& rotors,
+                                         const Vec6<T>& forces) {
     Vec3<T> a = plant.inverse_mass * (R * force_of(rotors) + force_of(forces));
     a[2] -= T(gravity);
     return a;
@@ -77,8 +81,8 @@ OMNIMORPH_FN Vec3<T> linear_acceleration(const Plant<T, N>& plant, const Mat3<T>
 
 /// New velocities from the present pose and the new actuators, then the pose from the new velocities (as ODE does).
 template <class T, int N>
-OMNIMORPH_FN void semi_implicit_euler(const Plant<T, N>& plant, const Command<T, N>& command, double time, const Vec6<T>& push,
-                                      PlantState<T, N>& state) {
+OMNIMORPH_FN void semi_implicit_euler(const Plant<T, N>& plant, const Command<T, N>& command, double time,
+                                      const Vec6<T>& push, PlantState<T, N>& state) {
     const T h = T(plant.settings.step);
     const Vehicle<T, N>& vehicle = plant.settings.vehicle;
     Motion<T>& motion = state.motion;
@@ -100,9 +104,9 @@ template <class T> struct MotionRates {
 
 /// Rates of change after going on from the motion at the start for `share` seconds along `k`.
 template <class T, int N>
-OMNIMORPH_FN MotionRates<T> rates_along(const Plant<T, N>& plant, const MotionRates<T>& k, double share, const PlantState<T, N>& start,
-                                        const Vec3<T>& L_start, const Load<T>& load, const Actuators<T, N>& actuators, double time,
-                                        const Vec6<T>& push) {
+OMNIMORPH_FN MotionRates<T> rates_along(const Plant<T, N>& plant, const MotionRates<T>& k, double share,
+                                        const PlantState<T, N>& start, const Vec3<T>& L_start, const Load<T>& load,
+                                        const Actuators<T, N>& actuators, double time, const Vec6<T>& push) {
     const T h = T(share);
     const Vec3<T> attitude = h * k.attitude, L = L_start + h * k.L;
     const Vec3<T> w = plant.settings.vehicle.inertia_inverse * (L - load.momentum);
@@ -115,8 +119,8 @@ OMNIMORPH_FN MotionRates<T> rates_along(const Plant<T, N>& plant, const MotionRa
 /// Classical fourth order, the attitude in the Lie algebra (H. Munthe-Kaas, BIT 38, 1998); the actuators are advanced
 /// exactly to the middle and to the end of the step.
 template <class T, int N>
-OMNIMORPH_FN void runge_kutta_4(const Plant<T, N>& plant, const Command<T, N>& command, double time, const Vec6<T>& push,
-                                PlantState<T, N>& state) {
+OMNIMORPH_FN void runge_kutta_4(const Plant<T, N>& plant, const Command<T, N>& command, double time,
+                                const Vec6<T>& push, PlantState<T, N>& state) {
     const double h = plant.settings.step;
     const Vec3<T> L = plant.settings.vehicle.inertia * state.motion.w + state.load.momentum;
     Actuators<T, N> at_start = state.actuators;
@@ -134,7 +138,7 @@ OMNIMORPH_FN void runge_kutta_4(const Plant<T, N>& plant, const Command<T, N>& c
     const MotionRates<T> k2 = rates_along(plant, k1, h / 2, state, L, load_middle, at_middle, time, push);
     const MotionRates<T> k3 = rates_along(plant, k2, h / 2, state, L, load_middle, at_middle, time, push);
     const MotionRates<T> k4 = rates_along(plant, k3, h, state, L, state.load, state.actuators, time, push);
-    const auto change = [&](Vec3<T> MotionRates<T>::*of) {
+    const auto change = [&](Vec3<T> MotionRates<T>::* of) {
         return T(h / 6) * (k1.*of + T(2) * (k2.*of) + T(2) * (k3.*of) + k4.*of);
     };
     Motion<T>& motion = state.motion;
@@ -146,7 +150,8 @@ OMNIMORPH_FN void runge_kutta_4(const Plant<T, N>& plant, const Command<T, N>& c
 
 /// One physics step, number `step` of the flight, under a command and a push from outside (force in W, torque in B).
 template <class T, int N>
-OMNIMORPH_FN void advance(const Plant<T, N>& plant, const Command<T, N>& command, long step, const Vec6<T>& push, PlantState<T, N>& state) {
+OMNIMORPH_FN void advance(const Plant<T, N>& plant, const Command<T, N>& command, long step, const Vec6<T>& push,
+                          PlantState<T, N>& state) {
     const double time = double(step) * plant.settings.step;
     if (plant.settings.integrator == Integrator::semi_implicit_euler) {
         semi_implicit_euler(plant, command, time, push, state);

@@ -11,7 +11,8 @@ template <class T> struct ConstantWrench {
     Vec6<T> constant = Vec6<T>::zero();
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &ConstantWrench::active), field("constant", &ConstantWrench::constant));
+        return std::make_tuple(derived("active", &ConstantWrench::active),
+                               field("constant", &ConstantWrench::constant));
     }
 
     template <class Moment> OMNIMORPH_FN Vec6<T> wrench(const Moment&) const { return constant; }

@@ -11,7 +11,9 @@ template <class T> struct Load {
     Vec6<T> wrench;
     Vec3<T> momentum;
 
-    static constexpr auto fields() { return std::make_tuple(field("wrench", &Load::wrench), field("momentum", &Load::momentum)); }
+    static constexpr auto fields() {
+        return std::make_tuple(field("wrench", &Load::wrench), field("momentum", &Load::momentum));
+    }
 };
 
 /// What follows from a plant's settings, so that a step need not work it out.
@@ -77,16 +79,19 @@ template <class T, int N> OMNIMORPH_FN Load<T> rotor_load(const Plant<T, N>& pla
     const TiltTrigonometry<T> trig = trigonometry_of(actuators.tilt, plant.m());
     const PerRotor<T, N> squared = signed_squares<T, N>(actuators.speed, plant.n());
     Load<T> load{wrench(plant.wrench_of_speeds.at(trig), squared, plant.n()), Vec3<T>::zero()};
-    if (plant.settings.interference.active) load.wrench = load.wrench - wrench_lost(plant, trig, actuators.speed, squared);
+    if (plant.settings.interference.active)
+        load.wrench = load.wrench - wrench_lost(plant, trig, actuators.speed, squared);
     if (plant.settings.rotor_momentum.active)
         for (int i = 0; i < plant.n(); ++i)
-            load.momentum = load.momentum + (vehicle.spin_inertia[i] * vehicle.spin[i] * actuators.speed[i]) * rotor_axis(vehicle, i, trig);
+            load.momentum = load.momentum + (vehicle.spin_inertia[i] * vehicle.spin[i] * actuators.speed[i]) *
+                                                rotor_axis(vehicle, i, trig);
     return load;
 }
 
 /// The thrust that each rotor gives along its axis now, N: at its actual speed, of its share of effectiveness, and what the
 /// wakes of others leave of it.
-template <class T, int N> OMNIMORPH_FN PerRotor<T, N> thrust_actual(const Plant<T, N>& plant, const Actuators<T, N>& actuators) {
+template <class T, int N>
+OMNIMORPH_FN PerRotor<T, N> thrust_actual(const Plant<T, N>& plant, const Actuators<T, N>& actuators) {
     const PlantSettings<T, N>& s = plant.settings;
     PerRotor<T, N> thrust{};
     for (int i = 0; i < plant.n(); ++i) {
@@ -101,7 +106,8 @@ template <class T, int N> OMNIMORPH_FN PerRotor<T, N> thrust_actual(const Plant<
 }
 
 /// The force and the torque with which rotor i loads its hub, in B: its thrust and its drag torque along the axis.
-template <class T, int N> OMNIMORPH_FN Vec6<T> hub_load(const Plant<T, N>& plant, const Actuators<T, N>& actuators, int i) {
+template <class T, int N>
+OMNIMORPH_FN Vec6<T> hub_load(const Plant<T, N>& plant, const Actuators<T, N>& actuators, int i) {
     const Vehicle<T, N>& vehicle = plant.settings.vehicle;
     const Vec3<T> axis = rotor_axis(vehicle, i, trigonometry_of(actuators.tilt, plant.m()));
     const T drag = vehicle.spin[i] * vehicle.drag_coefficient[i] * (actuators.speed[i] * abs(actuators.speed[i]));

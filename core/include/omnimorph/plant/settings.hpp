@@ -19,16 +19,17 @@ struct InterferenceSettings {
     bool active = false;
     WakeModel model = WakeModel::published;
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &InterferenceSettings::active), field("model", &InterferenceSettings::model));
+        return std::make_tuple(derived("active", &InterferenceSettings::active),
+                               field("model", &InterferenceSettings::model));
     }
 };
 
 /// Everything about the plant that a flight does not change.
 template <class T, int N> struct PlantSettings {
-    Vehicle<T, N> vehicle;                  // the true one
-    PerRotor<T, N> command_coefficient;     // c_f by which the motor drivers turn thrust into speed: the controller's
-    PerRotor<T, N> effectiveness;           // share of its thrust that each rotor still gives
-    double step = 0;                        // s
+    Vehicle<T, N> vehicle;               // the true one
+    PerRotor<T, N> command_coefficient;  // c_f by which the motor drivers turn thrust into speed: the controller's
+    PerRotor<T, N> effectiveness;        // share of its thrust that each rotor still gives
+    double step = 0;                     // s
     Integrator integrator = Integrator::semi_implicit_euler;
     CommandDelay delay;
     RotorMomentum rotor_momentum;
@@ -40,10 +41,11 @@ template <class T, int N> struct PlantSettings {
     static constexpr auto fields() {
         using S = PlantSettings;
         return std::make_tuple(field("vehicle", &S::vehicle), field("command_coefficient", &S::command_coefficient),
-                               field("effectiveness", &S::effectiveness), field("step", &S::step), field("integrator", &S::integrator),
-                               field("command-delay", &S::delay), field("rotor-momentum", &S::rotor_momentum),
-                               field("interference", &S::interference), field("rotor_laws", &S::rotor_laws),
-                               field("servo_laws", &S::servo_laws), field("forces", &S::forces));
+                               field("effectiveness", &S::effectiveness), field("step", &S::step),
+                               field("integrator", &S::integrator), field("command-delay", &S::delay),
+                               field("rotor-momentum", &S::rotor_momentum), field("interference", &S::interference),
+                               field("rotor_laws", &S::rotor_laws), field("servo_laws", &S::servo_laws),
+                               field("forces", &S::forces));
     }
 
     /// The integrator's steps of the actuators: Runge and Kutta need them in the middle too.
@@ -53,7 +55,8 @@ template <class T, int N> struct PlantSettings {
 namespace plant {
 
 template <class Law, class = void> inline constexpr bool has_derived = false;
-template <class Law> inline constexpr bool has_derived<Law, std::void_t<decltype(std::declval<Law&>().derive(0, 0, 0.0))>> = true;
+template <class Law>
+inline constexpr bool has_derived<Law, std::void_t<decltype(std::declval<Law&>().derive(0, 0, 0.0))>> = true;
 
 /// Set what follows from the other fields of each law.
 template <class Laws> void derive_each(Laws& laws, int n, int m, double h) {

@@ -15,7 +15,9 @@ template <class T, int N> struct SpeedLimits {
                                field("speed_max", &SpeedLimits::speed_max));
     }
 
-    OMNIMORPH_FN T follow(int i, const T& command, Rotor<T>, ActuatorStep) const { return clamp(command, speed_min[i], speed_max[i]); }
+    OMNIMORPH_FN T follow(int i, const T& command, Rotor<T>, ActuatorStep) const {
+        return clamp(command, speed_min[i], speed_max[i]);
+    }
 };
 
 }  // namespace omnimorph

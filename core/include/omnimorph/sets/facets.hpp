@@ -113,13 +113,16 @@ class Cut {
     /// Choose the corners to cut off: all in one piece, and what stays too, so that the cut is one polygon.
     void choose() {
         const auto [lowest, highest] = std::minmax_element(above_.begin(), above_.end());
-        const int deepest = static_cast<int>(lowest - above_.begin()), farthest = static_cast<int>(highest - above_.begin());
+        const int deepest = static_cast<int>(lowest - above_.begin()),
+                  farthest = static_cast<int>(highest - above_.begin());
         Groups lost(above_.size()), left(above_.size());
         const auto is_beyond = [&](int k) { return above_[static_cast<std::size_t>(k)] > tolerance; };
         lost.join_ends(set_.polygons, [&](int a, int b) { return is_beyond(a) && is_beyond(b); });
-        for (int k = 0; k < static_cast<int>(above_.size()); ++k) out_.push_back(is_beyond(k) && lost.of(k) == lost.of(farthest));
+        for (int k = 0; k < static_cast<int>(above_.size()); ++k)
+            out_.push_back(is_beyond(k) && lost.of(k) == lost.of(farthest));
         left.join_ends(set_.polygons, [&](int a, int b) { return !is_out(a) && !is_out(b); });
-        for (int k = 0; k < static_cast<int>(above_.size()); ++k) out_[static_cast<std::size_t>(k)] = left.of(k) != left.of(deepest);
+        for (int k = 0; k < static_cast<int>(above_.size()); ++k)
+            out_[static_cast<std::size_t>(k)] = left.of(k) != left.of(deepest);
     }
 
     /// What is left of a polygon; the edge along which it is cut becomes one of the new polygon.
@@ -134,8 +137,10 @@ class Cut {
         };
         for (std::size_t k = 0; k < polygon.size(); ++k) {
             const int from = polygon[k], to = polygon[(k + 1) % polygon.size()];
-            if (is_out(from)) gap = true;
-            else keep(from);
+            if (is_out(from))
+                gap = true;
+            else
+                keep(from);
             if (is_out(from) ? is_in(to) : is_in(from) && is_out(to)) keep(corner_between(from, to));
         }
         if (!rest.empty() && gap) follows_gap[0] = true;
@@ -151,7 +156,8 @@ class Cut {
         if (is_new) {
             const auto [a, b] = place->first;
             const double at_a = above_[static_cast<std::size_t>(a)], at_b = above_[static_cast<std::size_t>(b)];
-            const Vec3<double>&x = set_.corners[static_cast<std::size_t>(a)], &y = set_.corners[static_cast<std::size_t>(b)];
+            const Vec3<double>&x = set_.corners[static_cast<std::size_t>(a)],
+                  &y = set_.corners[static_cast<std::size_t>(b)];
             const Vec3<double> corner = x + std::clamp(at_a / (at_a - at_b), 0.0, 1.0) * (y - x);
             set_.corners.push_back(corner);
         }
@@ -217,7 +223,8 @@ OMNIMORPH_FN void tidy(Facets& set) {
 OMNIMORPH_FN Facets facets_of(const std::vector<Vec3<double>>& normals, const std::vector<double>& distances) {
     std::vector<std::size_t> nearest_first(normals.size());
     std::iota(nearest_first.begin(), nearest_first.end(), std::size_t{0});
-    std::stable_sort(nearest_first.begin(), nearest_first.end(), [&](std::size_t a, std::size_t b) { return distances[a] < distances[b]; });
+    std::stable_sort(nearest_first.begin(), nearest_first.end(),
+                     [&](std::size_t a, std::size_t b) { return distances[a] < distances[b]; });
     Facets out = facets::cube();
     for (const std::size_t k : nearest_first) facets::Cut(out, normals[k], distances[k]).apply(static_cast<int>(k));
     facets::tidy(out);

@@ -75,7 +75,8 @@ template <int R> struct Dual {
     double reach;  // max λ·A f: no wrench with λ·w beyond it can be made
 };
 
-template <int R> OMNIMORPH_FN Dual<R> dual_at(const LeastEffort<R>& problem, const Vec<double, R>& w, const Vec<double, R>& multiplier) {
+template <int R>
+OMNIMORPH_FN Dual<R> dual_at(const LeastEffort<R>& problem, const Vec<double, R>& w, const Vec<double, R>& multiplier) {
     Dual<R> q;
     q.value = dot(w, multiplier);
     q.size = abs(q.value);
@@ -148,7 +149,8 @@ template <int R> OMNIMORPH_FN LeastEffortSolution<R> solve(const LeastEffort<R>&
     Dual<R> q = dual_at(problem, w, multiplier);
     double scale = sqrt(dot(w, w));
     for (int i = 0; i < problem.n; ++i)
-        scale = max(scale, max(abs(problem.lower[i]), abs(problem.upper[i])) * sqrt(dot(problem.column[i], problem.column[i])));
+        scale = max(
+            scale, max(abs(problem.lower[i]), abs(problem.upper[i])) * sqrt(dot(problem.column[i], problem.column[i])));
     LeastEffortSolution<R> s;
     s.outcome = LeastEffortOutcome::not_settled;
     double damping = 1e-3;
@@ -173,7 +175,8 @@ template <int R> OMNIMORPH_FN LeastEffortSolution<R> solve(const LeastEffort<R>&
             const double residual = sqrt(dot(next.gradient, next.gradient));
             // at the end rounding hides how q grows, but not how the residual falls
             const bool level = next.value >= q.value - 1e-14 * q.size;
-            better = next.value >= q.value + 1e-4 * share * slope || (level && residual <= (1.0 - 1e-4 * share) * s.residual);
+            better = next.value >= q.value + 1e-4 * share * slope ||
+                     (level && residual <= (1.0 - 1e-4 * share) * s.residual);
             if (better) multiplier = multiplier + share * step;
         }
         if (!better) break;

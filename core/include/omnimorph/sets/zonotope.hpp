@@ -48,7 +48,8 @@ template <int R> OMNIMORPH_FN bool common_normal(Vec<double, R> (&rows)[R], Vec<
 }  // namespace zonotope
 
 /// Call `found(normal, h)` for each of the hyperplanes: the zonotope lies between n·x = -h and n·x = h.
-template <int R, class Found> OMNIMORPH_FN void bounding_hyperplanes(const Vec<double, R>* generators, int n, Found found) {
+template <int R, class Found>
+OMNIMORPH_FN void bounding_hyperplanes(const Vec<double, R>* generators, int n, Found found) {
     int chosen[R];  // the last entry stays unused, so that R = 1, the empty subset, has an array too
     for (int k = 0; k < R - 1; ++k) chosen[k] = k;
     if (n < R - 1) return;

@@ -116,7 +116,7 @@ def _numbers(field: VehicleField, rows: Sequence[Any]) -> Any:
 def _own(field: VehicleField, value: Any) -> Any:
     """Return what a table gives for a field in SI, the default if it gives nothing."""
     if value is None:
-        return field.default
+        return field.filled(field.shape) if field.shape else field.default
     if field.shape == (3, 3) and np.ndim(value) == 1:
         value = np.diag(value)
     return field.in_SI(np.array(value, dtype=np.float64) if field.shape else value)

@@ -66,6 +66,7 @@ _EFFECTS = {
     "wrench-profile": "a force (in W) and torque (in B) over time",
     "interference": "rotors in line take thrust from one another",
     "rotor-momentum": "the spinning rotors carry angular momentum",
+    "truth": "what of the true vehicle the controller does not know",
 }
 # What an effect without numbers of its own takes from the vehicle.
 _OWN_VALUES = {

@@ -214,6 +214,7 @@ def test_parts_of_the_truth_come_in_any_order() -> None:
     assert np.count_nonzero(value_at(stronger, all_rotors) == 6e-6) == 6
     whole = replaced_at(stronger, all_rotors, 4.5e-6)  # covers what was said of one
     np.testing.assert_array_equal(value_at(whole, all_rotors), np.full(8, 4.5e-6))
+    assert len(whole.plant.effects[-1].as_file()) == 2  # its kind, and one value for all rotors
     assert value_at(replaced_at(whole, one, 4e-6), one) == 4e-6
 
 

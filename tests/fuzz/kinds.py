@@ -22,7 +22,7 @@ from tests.physics.small_vehicles import random_tilting_vehicle, random_vehicle
 
 import omnimorph as om
 from omnimorph.design import parse_vehicle, vehicle_text
-from omnimorph.design.ranges import OF_VEHICLES
+from omnimorph.design.keys import OF_VEHICLES
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.report.analysis_data import analysis_data

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from omnimorph.design import Source, Vehicle, load_vehicle, parse_vehicle, vehicle_text
-from omnimorph.design.keys import FILE_KEYS
+from omnimorph.design.keys import FIELDS, FILE_KEYS
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 from omnimorph.units import UNITS, unit_of
@@ -102,6 +102,17 @@ def vehicles(draw: st.DrawFn) -> Vehicle:
         low, high = of_rotors["speed_min"], of_rotors["speed_max"]
         of_rotors["dead_band"] = 0.5 * np.where(low < 0, np.minimum(-low, high), high)
     mass = draw(numbers(1e-3, 1e3))
+    # Fields that came later, whichever they are: of any numbers within their limits.
+    shapes = {
+        field: field.whole_shape(n, len(of_servos["servo_name"]))
+        for field in FIELDS.values()
+        if field.is_optional and field.name != "tilt_mechanism_mass"
+    }
+    others: dict[str, Any] = {
+        field.name: draw(arrays(shape, field.limits_in_SI.least, field.limits_in_SI.most))
+        for field, shape in shapes.items()
+        if field.limits_in_SI is not None
+    }
     told = st.builds(Source, text=one_spaced, assumed=st.booleans())
     return Vehicle(
         name=draw(names),
@@ -114,6 +125,7 @@ def vehicles(draw: st.DrawFn) -> Vehicle:
         questioned=False,
         **of_rotors,
         **of_servos,
+        **others,
     )
 
 

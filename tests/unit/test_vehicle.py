@@ -13,6 +13,7 @@ import pytest
 
 from omnimorph.design import Source, Vehicle, load_vehicle
 from omnimorph.design.checks import LONGEST_LINE
+from omnimorph.design.keys import FIELDS
 from omnimorph.design.new_vehicle import new_vehicle_text
 from omnimorph.design.reading import parse_vehicle
 from omnimorph.design.vehicle import MOST_ROTORS, MOST_SERVOS
@@ -74,7 +75,9 @@ def test_arrays_are_read_only_copies() -> None:
     derived = ("thrust_min", "thrust_max", "kappa")
     arrays = [getattr(vehicle, name) for name in [*fields_of(vehicle), *derived]]
     arrays = [value for value in arrays if isinstance(value, np.ndarray)]
-    assert len(arrays) == 22
+    declared = [field for field in FIELDS.values() if field.shape is not None]
+    of_several = [field for field in declared if field.whole_shape(4, 1)]
+    assert len(arrays) == len(of_several) + len(derived)
     for array in [*arrays, *vehicle.thrust_axis_parts]:
         assert not array.flags.writeable
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -195,7 +198,8 @@ def test_parameters_of_the_later_prototype() -> None:
 def test_every_number_has_a_source(name: str) -> None:
     vehicle = load_vehicle(name)
     words = {"name", "title", "servo_name", "sources"}
-    left_out = {"dead_band"} if name == "omnimorph" else {"tilt_mechanism_mass"}
+    left_out = {field.name for field in FIELDS.values() if field.is_optional}
+    left_out |= {"dead_band"} if name == "omnimorph" else set()
     assert set(fields_of(vehicle)) - words - left_out <= set(vehicle.sources)
     assumed = {key for key, source in vehicle.sources.items() if source.assumed}
     guesses = {"time_constant_up", "time_constant_down", "servo_rate_max", "servo_time_constant"}

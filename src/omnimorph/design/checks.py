@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from omnimorph.design.ranges import limits_in_SI
+from omnimorph.design.ranges import Range
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
@@ -101,7 +101,9 @@ class Checks:
             raise self.refuse(key, f"{rows} rows", f"one row for each of 1 to {most} rotors")
         return rows
 
-    def array(self, key: str, value: object, shape: tuple[int, ...]) -> FloatArray:
+    def array(
+        self, key: str, value: object, shape: tuple[int, ...], limits: Range | None
+    ) -> FloatArray:
         """Return a read-only copy in float64, of the right shape, finite and within its range."""
         try:
             array = np.array(value, dtype=np.float64)
@@ -110,22 +112,17 @@ class Checks:
         if array.shape != shape:
             raise self.refuse(key, f"of shape {array.shape}", f"of shape {shape}")
         self.each(key, array, np.isfinite(array), "finite")
-        limits = limits_in_SI(key)
         if limits is not None:
             inside = (array >= limits.least) & (array <= limits.most)
+            inside |= (array == 0.0) & limits.or_zero
             self.each(key, array, inside, f"{limits} in SI")
         return read_only(array)
 
-    def number(self, key: str, value: object) -> float:
-        """Return one finite number within its range."""
-        return float(self.array(key, value, ()))
-
-    def part_of_mass(self, key: str, value: object, mass: float) -> float:
-        """Return one number that is zero or positive, and below the mass it is part of."""
-        number = self.number(key, value)
-        if not number < mass:
-            raise self.refuse(key, number, f"zero or positive, and below the mass of {mass} kg")
-        return abs(number)  # -0.0 is no other number: files leave out zero
+    def part_of_mass(self, key: str, part: float, mass: float) -> float:
+        """Return one number that is below the mass it is part of."""
+        if not part < mass:
+            raise self.refuse(key, part, f"zero or positive, and below the mass of {mass} kg")
+        return abs(part)  # -0.0 is no other number: files leave out zero
 
     def each(self, key: str, values: FloatArray, good: NDArray[np.bool_], allowed: str) -> None:
         """Refuse the first row of `values` that is not good."""
@@ -137,13 +134,12 @@ class Checks:
         index = int(np.argmin(good_rows))
         raise self.refuse(f"{key}[{index}]", values[index], allowed)
 
-    def inertia(self, key: str, value: object) -> FloatArray:
+    def inertia(self, key: str, matrix: FloatArray) -> FloatArray:
         """Check that a matrix is the inertia of a body that can exist.
 
         The principal moments of any body are Jx = ∫ (y² + z²) dm and so on, hence positive and none
         above the sum of the other two.
         """
-        matrix = self.array(key, value, (3, 3))
         size = np.max(np.abs(matrix))
         slack = _ROUNDING_OF_AN_INERTIA * size
         if np.any(np.abs(matrix - matrix.T) > slack):
@@ -167,14 +163,14 @@ class Checks:
 
     def unit(self, key: str, axes: FloatArray, rows: NDArray[np.bool_] | None = None) -> FloatArray:
         """Return the axes with the chosen rows normalised; refuse those far from unit length."""
-        chosen = np.full(len(axes), True) if rows is None else rows
         with np.errstate(over="ignore"):
-            length = np.linalg.norm(axes, axis=1)
+            length = np.linalg.norm(axes, axis=-1)
+        chosen = np.full(length.shape, True) if rows is None else rows
         off = np.abs(length - 1.0)
         near = ~chosen | (off <= UNIT_LENGTH_TOLERANCE)
         self.each(key, axes, near, "of unit length, within 1 %")
         divide = chosen & (off > _ROUNDING_OF_A_UNIT_VECTOR)
-        return read_only(axes / np.where(divide, length, 1.0)[:, np.newaxis])
+        return read_only(axes / np.where(divide, length, 1.0)[..., np.newaxis])
 
     def sources(
         self, key: str, sources: Mapping[str, Source], fields: Collection[str]

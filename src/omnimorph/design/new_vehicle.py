@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from typing import Literal, get_args
 
+from omnimorph.design.keys import FIELDS
 from omnimorph.errors import VehicleError
 
 __all__ = ["KINDS", "Kind", "new_vehicle_text"]
@@ -57,12 +58,6 @@ angle_max_deg = {high}
 rate_max_deg_per_s = 200.0              # under load
 time_constant_ms = 0.0
 """
-_ASSUMED = """\
-mass_kg inertia_kg_m2 rotor.position_m rotor.axis rotor.spin rotor.thrust_coefficient_N_per_Hz2
-rotor.drag_coefficient_Nm_per_Hz2 rotor.speed_min_Hz rotor.speed_max_Hz rotor.dead_band_Hz
-rotor.time_constant_up_ms rotor.time_constant_down_ms rotor.spin_inertia_kg_m2 filter"""
-_ASSUMED_TILTING = """ rotor.hinge rotor.servo
-servo.angle_min_deg servo.angle_max_deg servo.rate_max_deg_per_s servo.time_constant_ms"""
 
 
 def new_vehicle_text(name: str, rotors: int = 6, kind: Kind = "fixed") -> str:
@@ -125,7 +120,13 @@ def _servos(count: int, kind: Kind) -> Iterator[str]:
 
 def _assumed(kind: Kind) -> Iterator[str]:
     yield "\n[assumed]\n"
-    for key in (_ASSUMED if kind == "fixed" else _ASSUMED + _ASSUMED_TILTING).split():
+    asked = [
+        field for field in FIELDS.values() if field.shape is not None and not field.is_optional
+    ]
+    of_tilt = [f for f in asked if f.table == "servo" or f.name in ("hinge_axis", "rotor_servo")]
+    others = [field for field in asked if field not in of_tilt]
+    for field in others if kind == "fixed" else others + of_tilt:
+        key = field.file_key
         name = f'"{key}"' if "." in key else key
         yield f'{name} = "From the template: replace it."\n'
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,24 +12,20 @@ import numpy as np
 
 from omnimorph.design.checks import LONGEST_LINE
 from omnimorph.design.documents import check_document, parse_toml
-from omnimorph.design.keys import AS_THRUST, FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
-from omnimorph.design.ranges import OF_VEHICLES
+from omnimorph.design.keys import AS_THRUST, FIELDS, FILE_KEYS, OF_VEHICLES, fields_in
 from omnimorph.design.unit_doubts import unit_doubts
 from omnimorph.design.unit_warnings import question_units
 from omnimorph.design.vehicle import Source, Vehicle
+from omnimorph.design.vehicle_fields import VehicleField
 from omnimorph.errors import MISSING, VehicleError
-from omnimorph.units import to_SI, unit_of
 
 if TYPE_CHECKING:
-    from omnimorph.design.schema import Rotor, RotorDefaults, Servo, VehicleFile
+    from omnimorph.design.schema import Rotor, RotorDefaults, VehicleFile
 
 __all__ = ["parse_vehicle"]
 
-_SHARED_KEYS = tuple(FILE_KEYS[name].removeprefix("rotor.") for name in ROTOR_NUMBERS)
+_SHARED = fields_in("rotor", shared=True)
 _LIMIT_KEYS = {*AS_THRUST.keys(), *AS_THRUST.values()}
-_ZERO_IF_LEFT_OUT = dict.fromkeys(
-    ("dead_band_Hz", "time_constant_up_ms", "time_constant_down_ms", "spin_inertia_kg_m2"), 0.0
-)
 
 
 def parse_vehicle(text: str, file: str | Path, *, questioned: bool = True) -> Vehicle:
@@ -92,18 +88,38 @@ def _question_units(vehicle: Vehicle, document: Mapping[str, Any], file: str | P
 
 def _vehicle_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
     """Translate a checked file into the attributes of `Vehicle`."""
-    matrix = np.array(content.inertia_kg_m2, dtype=np.float64)
+    tables: dict[str, Sequence[Any]] = {
+        "": [content],
+        "servo": content.servo,
+        "filter": [content.filter],
+    }
     return {
         "name": content.name,
         "title": content.title,
-        "mass": content.mass_kg,
-        "tilt_mechanism_mass": content.tilt_mechanism_mass_kg,
-        "inertia": np.diag(matrix) if matrix.ndim == 1 else matrix,
+        "servo_name": tuple(servo.name for servo in content.servo),
+        **{
+            field.name: _numbers(field, rows)
+            for table, rows in tables.items()
+            for field in fields_in(table)
+        },
         **_rotor_values(content, file),
-        **_servo_values(content.servo),
-        "filter_cutoff": [_in_SI(key, getattr(content.filter, key)) for key in FILTER_KEYS],
         "sources": _sources(content, file),
     }
+
+
+def _numbers(field: VehicleField, rows: Sequence[Any]) -> Any:
+    """Return the numbers of a field in SI: of the only row at the top of a file, or of each."""
+    found = [_own(field, getattr(row, key)) for row in rows for key in field.keys]
+    return found if field.table else found[0]
+
+
+def _own(field: VehicleField, value: Any) -> Any:
+    """Return what a table gives for a field in SI, the default if it gives nothing."""
+    if value is None:
+        return field.filled(field.shape) if field.shape else field.default
+    if field.shape == (3, 3) and np.ndim(value) == 1:
+        value = np.diag(value)
+    return field.in_SI(np.array(value, dtype=np.float64) if field.shape else value)
 
 
 def _rotor_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
@@ -114,9 +130,7 @@ def _rotor_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
     for index, rotor in enumerate(content.rotor):
         where = f"rotor[{index}]"
         row: dict[str, Any] = {
-            "rotor_position": rotor.position_m,
-            "rotor_axis": rotor.axis,
-            "hinge_axis": rotor.hinge or [0.0, 0.0, 0.0],
+            **{field.name: _own(field, getattr(rotor, field.key)) for field in fields_in("rotor")},
             "rotor_servo": _servo_index(rotor, servo_names, where, file),
             "rotor_spin": 1.0 if rotor.spin == "ccw" else -1.0,
             **_rotor_numbers(rotor, content.rotor_defaults, where, file),
@@ -128,12 +142,13 @@ def _rotor_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
 
 def _servo_index(rotor: Rotor, names: list[str], where: str, file: str | Path) -> int:
     """Return the index of the servo that a rotor names, -1 if it does not tilt."""
-    if rotor.servo is None and rotor.hinge is None:
+    hinge = getattr(rotor, FIELDS["hinge_axis"].key)
+    if rotor.servo is None and hinge is None:
         return -1
     if rotor.servo is None:
         allowed = "the name of a [[servo]], as hinge is given"
         raise VehicleError.at(file, f"{where}.servo", MISSING, allowed)
-    if rotor.hinge is None:
+    if hinge is None:
         allowed = "a unit vector [x, y, z], as servo is given"
         raise VehicleError.at(file, f"{where}.hinge", MISSING, allowed)
     if rotor.servo not in names:
@@ -150,28 +165,31 @@ def _rotor_numbers(
     own, common = _given(rotor), _given(defaults)
     if own.keys() & _LIMIT_KEYS and _as_thrust(own) != _as_thrust(common):
         common = {key: value for key, value in common.items() if key not in _LIMIT_KEYS}
-    numbers = _ZERO_IF_LEFT_OUT | common | own
+    numbers = common | own
     values = {}
-    for attribute, key in zip(ROTOR_NUMBERS, _SHARED_KEYS, strict=True):
-        given_as = AS_THRUST.get(key, key) if _as_thrust(numbers) else key
+    for field in _SHARED:
+        given_as = field.thrust_key if _as_thrust(numbers) and field.thrust_key else field.key
         if given_as not in numbers:
-            allowed = "a number, here or in [rotor_defaults]"
-            raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
+            if field.is_required:
+                allowed = "a number, here or in [rotor_defaults]"
+                raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
+            values[field.name] = field.default
+            continue
         number = numbers[given_as]
-        if given_as != key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
+        if given_as != field.key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
             speed = math.sqrt(abs(number) / numbers["thrust_coefficient_N_per_Hz2"])
             speed = math.copysign(speed, number)
-            if speed not in OF_VEHICLES[key]:
-                allowed = f"such that it takes {OF_VEHICLES[key]} Hz, not {speed:g}"
+            if speed not in OF_VEHICLES[field.key]:
+                allowed = f"such that it takes {OF_VEHICLES[field.key]} Hz, not {speed:g}"
                 raise VehicleError.at(file, f"{where}.{given_as}", number, allowed)
             number = speed
-        values[attribute] = _in_SI(key, number)
+        values[field.name] = field.in_SI(number)
     return values
 
 
 def _given(table: RotorDefaults) -> dict[str, float]:
     """Return the shared numbers that a table, of one rotor or of the defaults, gives."""
-    keys = (*_SHARED_KEYS, *AS_THRUST.values())
+    keys = [key for field in _SHARED for key in field.ranges]
     return {key: value for key in keys if (value := getattr(table, key)) is not None}
 
 
@@ -188,15 +206,6 @@ def _check_one_kind_of_limit(where: str, table: RotorDefaults, file: str | Path)
         if speeds and key in given:
             allowed = f"left out, as {speeds[0]} is given: limits are speeds or thrusts, not both"
             raise VehicleError.at(file, f"{where}.{key}", given[key], allowed)
-
-
-def _servo_values(servos: list[Servo]) -> dict[str, Any]:
-    """Collect the arrays of all servos."""
-    values: dict[str, Any] = {"servo_name": tuple(servo.name for servo in servos)}
-    for attribute in SERVO_NUMBERS:
-        key = FILE_KEYS[attribute].removeprefix("servo.")
-        values[attribute] = [_in_SI(key, getattr(servo, key)) for servo in servos]
-    return values
 
 
 def _sources(content: VehicleFile, file: str | Path) -> dict[str, Source]:
@@ -230,16 +239,12 @@ def _flat(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, obj
             yield f"{prefix}{key}", value
 
 
-def _in_SI(key: str, value: float) -> float:
-    return to_SI(value, unit_of(key))
-
-
 def _place(document: Mapping[str, Any], attribute: str, index: int | None) -> tuple[str, Any]:
     """Return where an attribute of `Vehicle` stands in its file, and what is written there."""
     table, _, key = FILE_KEYS[attribute].rpartition(".")
     places: list[tuple[str, Mapping[str, Any]]] = [(key, document)]
-    if attribute == "filter_cutoff":
-        key = FILTER_KEYS[index or 0]
+    if FIELDS[attribute].table == "filter":
+        key = FIELDS[attribute].keys[index or 0]
         places = [(f"filter.{key}", document["filter"])]
     elif table:
         places = [(f"{table}[{index}].{key}", document[table][index])]

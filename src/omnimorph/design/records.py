@@ -29,7 +29,7 @@ from omnimorph.units import from_SI, to_SI
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["Record", "check_record", "choice", "file_model", "quantity"]
+__all__ = ["Record", "check_record", "choice", "depths", "file_model", "quantity"]
 
 
 def quantity(
@@ -109,8 +109,10 @@ class Record:
                 value = _plain(value)
                 object.__setattr__(self, field.name, value)
             left_out = value is None and field.default is None
-            if field.metadata and not left_out and not _is_allowed(value, field.metadata):
-                raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
+            if field.metadata and not left_out:
+                too_deep = _depth_of(value) > depths(type(self))[field.name]
+                if too_deep or not _is_allowed(value, field.metadata):
+                    raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
             if isinstance(field.default, bool | str) and type(value) is not type(field.default):
                 allowed = "true or false" if isinstance(field.default, bool) else "text"
                 raise ScenarioError.at(self.kind, field.name, value, allowed)
@@ -156,6 +158,25 @@ def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
     settings = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
     checks = _validators(record)
     return create_model(record.__name__, __config__=settings, __validators__=checks, **fields)
+
+
+def depths(record: type) -> Mapping[str, int]:
+    """Return how deep the rows of each field may be: 0 for one number, 1 for a row of them."""
+    return _depths(record)
+
+
+@functools.cache
+def _depths(record: Any) -> Mapping[str, int]:
+    return {name: _depth(hint) for name, hint in typing.get_type_hints(record).items()}
+
+
+def _depth(annotation: Any) -> int:
+    inside = max(map(_depth, typing.get_args(annotation)), default=0)
+    return inside + (typing.get_origin(annotation) is tuple)
+
+
+def _depth_of(value: Any) -> int:
+    return 1 + max(map(_depth_of, value), default=0) if isinstance(value, tuple) else 0
 
 
 def _as_lists(annotation: Any) -> Any:

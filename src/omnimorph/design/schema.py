@@ -1,19 +1,29 @@
 """The vehicle file, table by table, as pydantic models: which keys it has and what each may hold.
 
 The description of a field is what a message says is allowed: "mass_kg is -1.0, but it must be
-<description>". Here are names, types and what single numbers must satisfy to be converted; what
-makes a vehicle possible is checked by `Vehicle` itself.
+<description>". Here are the tables, and the keys that hold words; those that hold numbers follow
+from the fields that `Vehicle` declares. What makes a vehicle possible it checks itself.
 """
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    create_model,
+    field_validator,
+)
 from pydantic.fields import FieldInfo
 
-from omnimorph.design.ranges import OF_VEHICLES, UNIT_VECTOR, Range, numbers_in
+from omnimorph.design.keys import fields_in
+from omnimorph.design.ranges import Range, numbers_in
 from omnimorph.design.vehicle import MOST_ROTORS, MOST_SERVOS
+from omnimorph.design.vehicle_fields import VehicleField
 
 __all__ = [
     "Filter",
@@ -50,10 +60,6 @@ Matrix = Annotated[list[Vector], Field(min_length=3, max_length=3)]
 """Three rows of three finite numbers."""
 
 LONGEST_LINE = 200
-
-POSITIVE = "a positive number"
-NOT_NEGATIVE = "zero or a positive number"
-NUMBER = "a finite number"
 
 
 def number(limits: Range, allowed: str, default: Any = ...) -> Any:
@@ -94,64 +100,51 @@ class Table(BaseModel):
         return value
 
 
-class RotorDefaults(Table):
+_SHAPES: dict[Any, Any] = {(): Number, (3,): Vector, (3, 3): Vector | Matrix}
+"""How files hold numbers of a shape; a matrix may be given by its diagonal."""
+
+
+def _with_numbers(fields: list[VehicleField], base: type[Table] = Table) -> type[Table]:
+    """Return a table like `base` that also has the keys of some fields of `Vehicle`."""
+    keys: dict[str, Any] = {}
+    for field in fields:
+        kind = _SHAPES[field.shape]
+        may_be_left_out = field.is_shared or not field.is_required
+        for key, limits in field.ranges.items():
+            if may_be_left_out:
+                keys[key] = (kind | None, number(limits, field.allowed, None))
+            else:
+                keys[key] = (kind, number(limits, field.allowed))
+    return create_model("Numbers", __base__=base, **keys)
+
+
+class RotorDefaults(_with_numbers(fields_in("rotor", shared=True))):  # type: ignore[misc]
     """``[rotor_defaults]``: what all rotors share unless their own table says otherwise."""
 
-    thrust_coefficient_N_per_Hz2: Number | None = number(
-        OF_VEHICLES["thrust_coefficient_N_per_Hz2"], POSITIVE, None
-    )
-    drag_coefficient_Nm_per_Hz2: Number | None = number(
-        OF_VEHICLES["drag_coefficient_Nm_per_Hz2"], POSITIVE, None
-    )
-    speed_min_Hz: Number | None = number(OF_VEHICLES["speed_min_Hz"], NUMBER, None)
-    speed_max_Hz: Number | None = number(OF_VEHICLES["speed_max_Hz"], POSITIVE, None)
-    thrust_min_N: Number | None = number(OF_VEHICLES["thrust_min_N"], NUMBER, None)
-    thrust_max_N: Number | None = number(OF_VEHICLES["thrust_max_N"], POSITIVE, None)
-    dead_band_Hz: Number | None = number(OF_VEHICLES["dead_band_Hz"], NOT_NEGATIVE, None)
-    time_constant_up_ms: Number | None = number(
-        OF_VEHICLES["time_constant_up_ms"], NOT_NEGATIVE, None
-    )
-    time_constant_down_ms: Number | None = number(
-        OF_VEHICLES["time_constant_down_ms"], NOT_NEGATIVE, None
-    )
-    spin_inertia_kg_m2: Number | None = number(
-        OF_VEHICLES["spin_inertia_kg_m2"], NOT_NEGATIVE, None
-    )
 
-
-class Rotor(RotorDefaults):
+class Rotor(_with_numbers(fields_in("rotor"), RotorDefaults)):  # type: ignore[misc]
     """``[[rotor]]``: one rotor; any key of ``[rotor_defaults]`` may stand here too."""
 
-    position_m: Vector = number(
-        OF_VEHICLES["position_m"], "three finite numbers [x, y, z] in metres"
-    )
-    axis: Vector = number(UNIT_VECTOR, "a unit vector [x, y, z]", [0.0, 0.0, 1.0])
-    hinge: Vector | None = number(UNIT_VECTOR, "a unit vector [x, y, z]", None)
     servo: str | None = Field(default=None, description="the name of a [[servo]]")
     spin: Literal["ccw", "cw"] = Field(description='"ccw" or "cw", its sense about the axis')
 
 
-class Servo(Table):
-    """``[[servo]]``: one servo, which tilts the rotors that name it."""
+class Named(Table):
+    """What has a name."""
 
     name: str = Field(description="a name")
-    angle_min_deg: Number = number(OF_VEHICLES["angle_min_deg"], NUMBER)
-    angle_max_deg: Number = number(OF_VEHICLES["angle_max_deg"], NUMBER)
-    rate_max_deg_per_s: Number = number(OF_VEHICLES["rate_max_deg_per_s"], POSITIVE)
-    time_constant_ms: Number = number(OF_VEHICLES["time_constant_ms"], NOT_NEGATIVE, 0.0)
 
 
-class Filter(Table):
+class Servo(_with_numbers(fields_in("servo"), Named)):  # type: ignore[misc]
+    """``[[servo]]``: one servo, which tilts the rotors that name it."""
+
+
+class Filter(_with_numbers(fields_in("filter"))):  # type: ignore[misc]
     """``[filter]``: cut-offs of the state estimator's filters; 0, or no key, means no filter."""
 
-    position_cutoff_Hz: Number = number(OF_VEHICLES["position_cutoff_Hz"], NOT_NEGATIVE, 0.0)
-    velocity_cutoff_Hz: Number = number(OF_VEHICLES["velocity_cutoff_Hz"], NOT_NEGATIVE, 0.0)
-    attitude_cutoff_Hz: Number = number(OF_VEHICLES["attitude_cutoff_Hz"], NOT_NEGATIVE, 0.0)
-    rate_cutoff_Hz: Number = number(OF_VEHICLES["rate_cutoff_Hz"], NOT_NEGATIVE, 0.0)
 
-
-class VehicleFile(Table):
-    """The whole file."""
+class Head(Table):
+    """What a vehicle file begins with."""
 
     schema_version: int = Field(
         alias="schema",
@@ -161,15 +154,11 @@ class VehicleFile(Table):
     )
     name: str = Field(description="a short name")
     title: str = Field(description="one line of text")
-    mass_kg: Number = number(OF_VEHICLES["mass_kg"], "a positive number of kilograms")
-    tilt_mechanism_mass_kg: Number = number(
-        OF_VEHICLES["tilt_mechanism_mass_kg"],
-        "zero or a positive number of kilograms, below mass_kg",
-        0.0,
-    )
-    inertia_kg_m2: Vector | Matrix = number(
-        OF_VEHICLES["inertia_kg_m2"], "three numbers [Jx, Jy, Jz] or a 3 x 3 matrix, in kg m²"
-    )
+
+
+class VehicleFile(_with_numbers(fields_in(""), Head)):  # type: ignore[misc]
+    """The whole file."""
+
     rotor_defaults: RotorDefaults = Field(
         default=RotorDefaults(), description="a table, written [rotor_defaults]"
     )

@@ -23,8 +23,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from omnimorph.design.checks import Checks, Source, read_only
+from omnimorph.design.ranges import UNIT_VECTOR, Range
 from omnimorph.design.unit_doubts import unit_doubts
 from omnimorph.design.unit_warnings import question_units
+from omnimorph.design.vehicle_fields import (
+    VehicleField,
+    fields_of,
+    of_body,
+    of_filters,
+    of_rotors,
+    of_servos,
+    words,
+)
 from omnimorph.protocols import FloatArray
 
 __all__ = ["MOST_ROTORS", "MOST_SERVOS", "Source", "ThrustAxisParts", "Vehicle"]
@@ -33,6 +43,14 @@ MOST_ROTORS = 18
 MOST_SERVOS = 18
 MOST_THRUST = 1e9  # N, of one rotor
 MOST_KAPPA = 1e7  # m, drag torque per thrust
+
+# What the fields of vehicles may be.
+_TIME = Range(0.0, 1e6)  # ms
+_ANGLE = Range(-1e5, 1e5)  # degrees
+_POSITIVE = "a positive number"
+_NOT_NEGATIVE = "zero or a positive number"
+_NUMBER = "a finite number"
+_DIRECTION = "a unit vector [x, y, z]"
 
 
 class ThrustAxisParts(NamedTuple):
@@ -113,52 +131,96 @@ class Vehicle:
         If a number looks like one in another unit; copies are not questioned again.
     """
 
-    name: str
-    title: str
-    mass: float
-    tilt_mechanism_mass: float = 0.0
-    inertia: FloatArray
-    rotor_position: FloatArray
-    rotor_axis: FloatArray
-    hinge_axis: FloatArray
-    rotor_servo: NDArray[np.int64]
-    rotor_spin: FloatArray
-    thrust_coefficient: FloatArray
-    drag_coefficient: FloatArray
-    speed_min: FloatArray
-    speed_max: FloatArray
-    dead_band: FloatArray
-    time_constant_up: FloatArray
-    time_constant_down: FloatArray
-    spin_inertia: FloatArray
-    servo_name: tuple[str, ...]
-    servo_angle_min: FloatArray
-    servo_angle_max: FloatArray
-    servo_rate_max: FloatArray
-    servo_time_constant: FloatArray
-    filter_cutoff: FloatArray
+    name: str = words()
+    title: str = words()
+    mass: float = of_body("kg", Range(1e-6, 1e6), "a positive number of kilograms", in_core=True)
+    tilt_mechanism_mass: float = of_body(
+        "kg",
+        Range(0.0, 1e6),
+        "zero or a positive number of kilograms, below mass_kg",
+        default=0.0,
+    )
+    inertia: FloatArray = of_body(
+        "kg_m2",
+        Range(-1e9, 1e9),
+        "three numbers [Jx, Jy, Jz] or a 3 x 3 matrix, in kg m²",
+        shape=(3, 3),
+        in_core=True,
+    )
+    rotor_position: FloatArray = of_rotors(
+        "m",
+        Range(-1e4, 1e4),
+        "three finite numbers [x, y, z] in metres",
+        shape=(3,),
+        in_core=True,
+    )
+    rotor_axis: FloatArray = of_rotors(
+        "", UNIT_VECTOR, _DIRECTION, shape=(3,), in_file=(0.0, 0.0, 1.0)
+    )
+    hinge_axis: FloatArray = of_rotors(
+        "", UNIT_VECTOR, _DIRECTION, shape=(3,), in_file=(0.0, 0.0, 0.0), word="hinge"
+    )
+    rotor_servo: NDArray[np.int64] = words("rotor", ())
+    rotor_spin: FloatArray = words("rotor", (), in_core=True)
+    thrust_coefficient: FloatArray = of_rotors(
+        "N_per_Hz2", Range(1e-15, 1e6), _POSITIVE, in_core=True
+    )
+    drag_coefficient: FloatArray = of_rotors(
+        "Nm_per_Hz2", Range(1e-30, 1e6), _POSITIVE, in_core=True
+    )
+    speed_min: FloatArray = of_rotors(
+        "Hz", Range(-1e5, 1e5), _NUMBER, thrust_limits=Range(-1e9, 1e9), in_core=True
+    )
+    speed_max: FloatArray = of_rotors(
+        "Hz", Range(1e-3, 1e5), _POSITIVE, thrust_limits=Range(1e-9, 1e9), in_core=True
+    )
+    dead_band: FloatArray = of_rotors("Hz", Range(0.0, 1e5), _NOT_NEGATIVE, in_file=0.0)
+    time_constant_up: FloatArray = of_rotors("ms", _TIME, _NOT_NEGATIVE, in_file=0.0)
+    time_constant_down: FloatArray = of_rotors("ms", _TIME, _NOT_NEGATIVE, in_file=0.0)
+    spin_inertia: FloatArray = of_rotors(
+        "kg_m2", Range(0.0, 1e6), _NOT_NEGATIVE, in_file=0.0, in_core=True
+    )
+    servo_name: tuple[str, ...] = words("servo")
+    servo_angle_min: FloatArray = of_servos("deg", _ANGLE, _NUMBER, in_core=True)
+    servo_angle_max: FloatArray = of_servos("deg", _ANGLE, _NUMBER, in_core=True)
+    servo_rate_max: FloatArray = of_servos("deg_per_s", Range(1e-3, 1e6), _POSITIVE, in_core=True)
+    servo_time_constant: FloatArray = of_servos("ms", _TIME, _NOT_NEGATIVE, in_file=0.0)
+    filter_cutoff: FloatArray = of_filters("Hz", Range(0.0, 1e6), _NOT_NEGATIVE, in_file=0.0)
     sources: Mapping[str, Source] = dataclasses.field(default_factory=dict)
     questioned: dataclasses.InitVar[bool] = True
 
     def __post_init__(self, questioned: bool) -> None:
         check = Checks(self.name)
-        set_once = object.__setattr__  # how a frozen dataclass settles its own fields
         check.name("name", self.name)
         check.line("title", self.title)
-        set_once(self, "mass", check.number("mass", self.mass))
-        part = check.part_of_mass("tilt_mechanism_mass", self.tilt_mechanism_mass, self.mass)
-        set_once(self, "tilt_mechanism_mass", part)
-        set_once(self, "inertia", check.inertia("inertia", self.inertia))
-        set_once(self, "servo_name", check.names("servo_name", self.servo_name, MOST_SERVOS))
+        self._settle("servo_name", check.names("servo_name", self.servo_name, MOST_SERVOS))
         n = check.count("rotor_position", self.rotor_position, MOST_ROTORS)
-        for field, shape in _shapes(n, len(self.servo_name)).items():
-            set_once(self, field, check.array(field, getattr(self, field), shape))
+        for field in fields_of(type(self)):
+            if field.shape is not None:
+                self._settle(field.name, self._numbers(check, field, n))
+        part = check.part_of_mass("tilt_mechanism_mass", self.tilt_mechanism_mass, self.mass)
+        self._settle("tilt_mechanism_mass", part)
+        self._settle("inertia", check.inertia("inertia", self.inertia))
         self._settle_rotors(check)
         self._check_limits(check)
         fields = [field.name for field in dataclasses.fields(self)]
-        set_once(self, "sources", check.sources("sources", self.sources, fields))
+        self._settle("sources", check.sources("sources", self.sources, fields))
         if questioned:
             question_units(unit_doubts(self, "rad_per_s"), self._place, str)
+
+    def _numbers(self, check: Checks, field: VehicleField, n_rotors: int) -> float | FloatArray:
+        """Return what the vehicle was given for a field, checked by its declaration."""
+        value, shape = getattr(self, field.name), field.whole_shape(n_rotors, self.n_servos)
+        if value is None and field.is_optional:
+            value = field.filled(shape)
+        array = check.array(field.name, value, shape, field.limits_in_SI)
+        if field.is_direction and field.name != "hinge_axis":  # which some rotors do not have
+            array = check.unit(field.name, array)
+        return array if shape else float(array)
+
+    def _settle(self, field: str, value: Any) -> None:
+        """Set a field once, as a frozen dataclass does itself."""
+        object.__setattr__(self, field, value)
 
     def _place(self, attribute: str, index: int | None) -> tuple[str, Any]:
         """Return what an attribute, or one of its entries, is called, and its value."""
@@ -166,13 +228,12 @@ class Vehicle:
         return (where, value) if index is None else (f"{where}[{index}]", value[index])
 
     def _settle_rotors(self, check: Checks) -> None:
-        """Normalise the axes and check what ties a rotor to its servo."""
+        """Check what ties a rotor to its servo, and normalise the axes about which it tilts."""
         servo = check.servos("rotor_servo", self.rotor_servo, self.n_servos)
-        object.__setattr__(self, "rotor_servo", servo)
-        object.__setattr__(self, "rotor_axis", check.unit("rotor_axis", self.rotor_axis))
+        self._settle("rotor_servo", servo)
         tilts = servo >= 0
         hinge = check.unit("hinge_axis", self.hinge_axis, tilts)
-        object.__setattr__(self, "hinge_axis", hinge)
+        self._settle("hinge_axis", hinge)
         check.each("hinge_axis", hinge, tilts | ~hinge.any(axis=1), "zero, as no servo tilts it")
         check.each("rotor_spin", self.rotor_spin, np.abs(self.rotor_spin) == 1.0, "1 or -1")
 
@@ -269,29 +330,6 @@ _DERIVED = {
     "speed_max": "the largest thrust, N,",
     "drag_coefficient": "drag torque per thrust, m,",
 }
-
-
-def _shapes(n: int, m: int) -> dict[str, tuple[int, ...]]:
-    """Return the shape of each array of a vehicle with n rotors and m servos."""
-    vectors = ("rotor_position", "rotor_axis", "hinge_axis")
-    of_rotors = (
-        "rotor_servo",
-        "rotor_spin",
-        "thrust_coefficient",
-        "drag_coefficient",
-        "speed_min",
-        "speed_max",
-        "dead_band",
-        "time_constant_up",
-        "time_constant_down",
-        "spin_inertia",
-    )
-    of_servos = ("servo_angle_min", "servo_angle_max", "servo_rate_max", "servo_time_constant")
-    shapes: dict[str, tuple[int, ...]] = {"filter_cutoff": (4,)}
-    shapes |= dict.fromkeys(vectors, (n, 3))
-    shapes |= dict.fromkeys(of_rotors, (n,))
-    shapes |= dict.fromkeys(of_servos, (m,))
-    return shapes
 
 
 def _rebuild(kind: type[Vehicle], values: dict[str, Any]) -> Vehicle:

@@ -11,14 +11,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 
-from omnimorph.design.keys import FILE_KEYS, FILTER_KEYS, ROTOR_NUMBERS, SERVO_NUMBERS
+from omnimorph.design.keys import FILE_KEYS, fields_in
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.protocols import FloatArray
-from omnimorph.units import from_SI, to_SI, unit_of
+from omnimorph.design.vehicle_fields import VehicleField
+from omnimorph.units import UNITS, from_SI, to_SI
 
 __all__ = ["vehicle_text"]
 
@@ -46,28 +47,21 @@ def _lines(vehicle: Vehicle) -> Iterator[str]:
     yield "schema = 1"
     yield f"name = {_quoted(vehicle.name)}"
     yield f"title = {_quoted(vehicle.title)}"
-    yield f"mass_kg = {_number(vehicle.mass)}"
-    if vehicle.tilt_mechanism_mass:
-        yield f"tilt_mechanism_mass_kg = {_number(vehicle.tilt_mechanism_mass)}"
-    yield f"inertia_kg_m2 = {_inertia(vehicle.inertia)}"
+    yield from _entries(vehicle, fields_in(""))
     yield from ("", "[rotor_defaults]")
-    shared = [name for name in ROTOR_NUMBERS if len(set(getattr(vehicle, name).tolist())) == 1]
-    for name in shared:
-        yield _rotor_number(vehicle, name, 0)
+    numbers = fields_in("rotor", shared=True)
+    shared = [field for field in numbers if len(set(getattr(vehicle, field.name).tolist())) == 1]
+    yield from _entries(vehicle, shared, 0)
+    own = [field for field in numbers if field not in shared]
     for index in range(vehicle.n_rotors):
         yield from ("", "[[rotor]]")
-        yield from _rotor_lines(vehicle, index)
-        for name in ROTOR_NUMBERS:
-            if name not in shared:
-                yield _rotor_number(vehicle, name, index)
+        yield from _geometry(vehicle, index)
+        yield from _entries(vehicle, own, index)
     for index, servo in enumerate(vehicle.servo_name):
         yield from ("", "[[servo]]", f"name = {_quoted(servo)}")
-        for name in SERVO_NUMBERS:
-            key = FILE_KEYS[name].removeprefix("servo.")
-            yield f"{key} = {_converted(key, getattr(vehicle, name)[index])}"
+        yield from _entries(vehicle, fields_in("servo"), index)
     yield from ("", "[filter]")
-    for key, cutoff in zip(FILTER_KEYS, vehicle.filter_cutoff, strict=True):
-        yield f"{key} = {_converted(key, cutoff)}"
+    yield from _entries(vehicle, fields_in("filter"))
     for table, assumed in (("sources", False), ("assumed", True)):
         yield from ("", f"[{table}]")
         for name, source in vehicle.sources.items():
@@ -75,42 +69,44 @@ def _lines(vehicle: Vehicle) -> Iterator[str]:
                 yield f"{_quoted(FILE_KEYS[name])} = {_quoted(source.text)}"
 
 
-def _rotor_lines(vehicle: Vehicle, index: int) -> Iterator[str]:
-    """Yield what a rotor never shares: its geometry."""
-    yield f"position_m = {_vector(vehicle.rotor_position[index])}"
-    yield f"axis = {_vector(vehicle.rotor_axis[index])}"
+def _geometry(vehicle: Vehicle, index: int) -> Iterator[str]:
+    """Yield what a rotor never shares."""
     servo = int(vehicle.rotor_servo[index])
+    fields = fields_in("rotor")
+    yield from _entries(vehicle, [f for f in fields if f.name != "hinge_axis" or servo >= 0], index)
     if servo >= 0:
-        yield f"hinge = {_vector(vehicle.hinge_axis[index])}"
         yield f"servo = {_quoted(vehicle.servo_name[servo])}"
     yield f"spin = {_quoted('ccw' if vehicle.rotor_spin[index] > 0 else 'cw')}"
 
 
-def _rotor_number(vehicle: Vehicle, name: str, index: int) -> str:
-    key = FILE_KEYS[name].removeprefix("rotor.")
-    return f"{key} = {_converted(key, getattr(vehicle, name)[index])}"
+def _entries(
+    vehicle: Vehicle, fields: Iterable[VehicleField], index: int | None = None
+) -> Iterator[str]:
+    """Yield a line for each number of some fields, or of one rotor or servo of theirs."""
+    for field in fields:
+        whole = np.asarray(getattr(vehicle, field.name))
+        if field.is_optional and whole.tobytes() == field.filled(whole.shape).tobytes():
+            continue
+        value = whole if index is None else whole[index]
+        several = value if field.table == "filter" else [value]
+        for key, numbers in zip(field.keys, several, strict=True):
+            yield f"{key} = {_written(numbers, field.unit)}"
 
 
-def _inertia(matrix: FloatArray) -> str:
-    """Write the diagonal if there is nothing beside it, else the three rows."""
-    diagonal = np.diag(matrix)
-    if np.array_equal(matrix, np.diag(diagonal)):
-        return _vector(diagonal)
-    return "[" + ", ".join(_vector(row) for row in matrix) + "]"
+def _written(numbers: Any, unit: str) -> str:
+    """Write one number, a row of them, or a matrix, of which the diagonal if that is all."""
+    if np.ndim(numbers) == 2 and np.array_equal(numbers, np.diag(np.diag(numbers))):
+        numbers = np.diag(numbers)
+    if np.ndim(numbers):
+        return "[" + ", ".join(_written(one, unit) for one in numbers) + "]"
+    return _converted(float(numbers), unit)
 
 
-def _vector(numbers: FloatArray | Sequence[float]) -> str:
-    return "[" + ", ".join(_number(number) for number in numbers) + "]"
-
-
-def _number(number: float) -> str:
-    return repr(float(number))
-
-
-def _converted(key: str, value: float) -> str:
-    """Write an SI value in the unit of a key: the shortest number that converts back exactly."""
-    unit = unit_of(key)
-    nearest = from_SI(float(value), unit)
+def _converted(value: float, unit: str) -> str:
+    """Write an SI value in a unit: the shortest number that converts back exactly."""
+    if UNITS[unit] == 1.0:
+        return repr(value)  # which is that already
+    nearest = from_SI(value, unit)
     near = [nearest, *(float(f"{nearest:.{digits}g}") for digits in range(1, 17))]
     for towards in (-math.inf, math.inf):
         step = nearest
@@ -119,7 +115,7 @@ def _converted(key: str, value: float) -> str:
             near.append(step)
     least = min(abs(to_SI(number, unit) - value) for number in near)
     best = [number for number in near if abs(to_SI(number, unit) - value) == least]
-    return min((_number(number) for number in best), key=len)
+    return min((repr(number) for number in best), key=len)
 
 
 def _quoted(text: str) -> str:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from omnimorph.design.ranges import limits_in_SI
+from omnimorph.design.keys import limits_in_SI
 from omnimorph.errors import InputError
 from omnimorph.identification.bench_data import STILL, BenchData
 from omnimorph.identification.coefficients import CoefficientFit, Estimate, fit_coefficient

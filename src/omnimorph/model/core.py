@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -9,12 +10,13 @@ from numpy.typing import ArrayLike
 
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
-from omnimorph.design.ranges import OF_VEHICLES
+from omnimorph.design.keys import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.design.vehicle_fields import fields_of
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["as_core", "as_tilt", "state_row"]
+__all__ = ["as_core", "as_tilt", "core_fields", "state_row"]
 
 _LARGEST_TILT = OF_VEHICLES["angle_max_deg"].in_SI("deg").most
 _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
@@ -23,32 +25,31 @@ _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
 def as_core(vehicle: Vehicle) -> _core.Vehicle:
     """Return the core's record of a vehicle."""
     if vehicle not in _made:
-        z0, zC, zS = vehicle.thrust_axis_parts
         _made[vehicle] = _core.make_vehicle(core_fields(vehicle))
     return _made[vehicle]
 
 
-def core_fields(vehicle: Vehicle) -> dict[str, object]:
-    """Return every field of the core's record of a vehicle, by its name there."""
-    z0, zC, zS = vehicle.thrust_axis_parts
-    return {
-        "mass": vehicle.mass,
-        "inertia": vehicle.inertia,
-        "position": vehicle.rotor_position,
-        "axis": z0,
-        "axis_cosine": zC,
-        "axis_sine": zS,
-        "servo": np.maximum(vehicle.rotor_servo, 0),
-        "spin": vehicle.rotor_spin,
-        "thrust_coefficient": vehicle.thrust_coefficient,
-        "drag_coefficient": vehicle.drag_coefficient,
-        "speed_min": vehicle.speed_min,
-        "speed_max": vehicle.speed_max,
-        "spin_inertia": vehicle.spin_inertia,
-        "angle_min": vehicle.servo_angle_min,
-        "angle_max": vehicle.servo_angle_max,
-        "rate_max": vehicle.servo_rate_max,
+def core_fields(vehicle: Vehicle) -> dict[str, Any]:
+    """Return the fields of the core's vehicle, by their names there, in SI.
+
+    They are those that `Vehicle` declares to be in the core, and what follows from its axes.
+
+    Examples
+    --------
+    >>> from omnimorph.design import load_vehicle
+    >>> fields = core_fields(load_vehicle("quadrotor"))
+    >>> fields["mass"], fields["servo"].tolist(), fields["axis"].shape
+    (1.28, [0, 0, 0, 0], (4, 3))
+    """
+    fields = {
+        field.short: getattr(vehicle, field.name)
+        for field in fields_of(type(vehicle))
+        if field.in_core
     }
+    z0, zC, zS = vehicle.thrust_axis_parts
+    # A rotor that does not tilt has zC = zS = 0, so that any servo's angle leaves it as it is.
+    servo = np.maximum(vehicle.rotor_servo, 0)
+    return fields | {"axis": z0, "axis_cosine": zC, "axis_sine": zS, "servo": servo}
 
 
 def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

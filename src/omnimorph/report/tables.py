@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from omnimorph.design.keys import FIELDS
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 from omnimorph.results.measures import MEASURES
 from omnimorph.results.metrics import Metrics
 from omnimorph.results.run import Run
-from omnimorph.units import from_SI
+from omnimorph.units import from_SI, unit_of
 
 __all__ = [
     "Table",
@@ -65,47 +66,27 @@ _EFFECTS = {
     "wrench-profile": "a force (in W) and torque (in B) over time",
     "interference": "rotors in line take thrust from one another",
     "rotor-momentum": "the spinning rotors carry angular momentum",
+    "truth": "what of the true vehicle the controller does not know",
 }
-# What an effect without numbers of its own takes from the vehicle: field, unit.
+# What an effect without numbers of its own takes from the vehicle.
 _OWN_VALUES = {
-    "rotor-lag": (("time_constant_up", "ms"), ("time_constant_down", "ms")),
-    "speed-limits": (("speed_min", "Hz"), ("speed_max", "Hz")),
-    "dead-band": (("dead_band", "Hz"),),
-    "servo-lag": (("servo_time_constant", "ms"),),
-    "servo-rate-limit": (("servo_rate_max", "deg_per_s"),),
+    "rotor-lag": ("time_constant_up", "time_constant_down"),
+    "speed-limits": ("speed_min", "speed_max"),
+    "dead-band": ("dead_band",),
+    "servo-lag": ("servo_time_constant",),
+    "servo-rate-limit": ("servo_rate_max",),
 }
-_FIELD_UNITS = {
-    "mass": ("", "kg"),
-    "tilt_mechanism_mass": ("", "kg"),
-    "inertia": ("", "kg m²"),
-    "rotor_position": ("", "m"),
-    "thrust_coefficient": ("N_per_Hz2", "N/Hz²"),
-    "drag_coefficient": ("Nm_per_Hz2", "N m/Hz²"),
-    "speed_min": ("Hz", "Hz"),
-    "speed_max": ("Hz", "Hz"),
-    "dead_band": ("Hz", "Hz"),
-    "time_constant_up": ("ms", "ms"),
-    "time_constant_down": ("ms", "ms"),
-    "spin_inertia": ("", "kg m²"),
-    "servo_angle_min": ("deg", "°"),
-    "servo_angle_max": ("deg", "°"),
-    "servo_rate_max": ("deg_per_s", "°/s"),
-    "servo_time_constant": ("ms", "ms"),
-    "filter_cutoff": ("Hz", "Hz"),
+# How a unit at the end of a key is written, where it is not written so.
+_WRITTEN_UNITS = {
+    "kg_m2": "kg m²",
+    "N_per_Hz2": "N/Hz²",
+    "Nm_per_Hz2": "N m/Hz²",
+    "Nm": "N m",
+    "deg": "°",
+    "deg_per_s": "°/s",
+    "mrad_per_s": "mrad/s",
+    "cm_per_s": "cm/s",
 }
-_UNITS = (
-    ("_mrad_per_s", "mrad/s"),
-    ("_cm_per_s", "cm/s"),
-    ("_deg_per_s", "°/s"),
-    ("_mrad", "mrad"),
-    ("_deg", "°"),
-    ("_mm", "mm"),
-    ("_ms", "ms"),
-    ("_Hz", "Hz"),
-    ("_Nm", "N m"),
-    ("_N", "N"),
-    ("_s", "s"),
-)
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -215,9 +196,10 @@ def source_table(vehicle: Vehicle, caption: str, names: Sequence[str]) -> Table:
 
 def _field_numbers(vehicle: Vehicle, name: str) -> str:
     """Return what a field of the vehicle holds, in the unit people use; "" for directions."""
-    if name not in _FIELD_UNITS:
+    unit = FIELDS[name].unit
+    if not unit:
         return ""
-    unit, shown = _FIELD_UNITS[name]
+    shown = _WRITTEN_UNITS.get(unit, unit)
     value = from_SI(np.asarray(getattr(vehicle, name)), unit)
     if name == "inertia":
         return f"diag{_vector(np.diag(value))} {shown}"
@@ -257,7 +239,8 @@ def _effect_numbers(effect: Mapping[str, Any], vehicle: Vehicle) -> str:
     own = [_named(key, value) for key, value in effect.items() if key != "kind"]
     numbers = [text for text in own if text]
     if not numbers:
-        for field, unit in _OWN_VALUES.get(effect["kind"], ()):
+        for field in _OWN_VALUES.get(effect["kind"], ()):
+            unit = FIELDS[field].unit
             values = np.unique(from_SI(getattr(vehicle, field), unit))
             shown = " to ".join(number(float(value)) for value in values[[0, -1][: len(values)]])
             numbers.append(_named(f"{field}_{unit}", shown))
@@ -268,12 +251,12 @@ def _named(key: str, value: Any) -> str:
     """Return a key with its unit, and a value, as words: ``time constant up 20 ms``."""
     if value is False or value is None:
         return ""
-    unit = next((ending for ending in _UNITS if key.endswith(ending[0])), ("", ""))
-    name = key.removesuffix(unit[0]).replace("_", " ")
+    unit = unit_of(key)
+    name = key.removesuffix(f"_{unit}").replace("_", " ")
     if value is True:
         return name
     if isinstance(value, list):
         value = _vector(np.ravel(value)) if np.size(value) <= 18 else "many"
     elif not isinstance(value, str):
         value = number(float(value))
-    return f"{name} {value} {unit[1]}".replace(" °", "°").strip()
+    return f"{name} {value} {_WRITTEN_UNITS.get(unit, unit)}".replace(" °", "°").strip()

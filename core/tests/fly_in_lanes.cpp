@@ -56,7 +56,7 @@ constexpr Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 
                           {"three candidates, position first", TiltCandidates{TiltSpan::window, 3}, true},
                           {"the best in the window", TiltCandidates{TiltSpan::window, 7}},
                           {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
-                          {"thrusts and tilt jointly", JointTilt<double>{0}}};
+                          {"thrusts and tilt jointly", JointTilt<double>{}}};
 
 /// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
 template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t flight) {

@@ -1,4 +1,5 @@
-// The paper's controller: pose tracking, then allocation. It remembers its last command, as the paper's u* and alpha* do.
+// The paper's controller: pose tracking, then allocation. It remembers its last command, as the paper's u* and alpha*
+// do.
 #pragma once
 
 #include "allocation.hpp"

@@ -56,25 +56,31 @@ template <class T, int N> OMNIMORPH_FN bool any_active(const PerVariable<T, N>& 
     return any(bounds > T(0));
 }
 
-/// The system K x = y with the active variables fixed at their bounds: H with the rows and columns of the identity in
-/// the place of theirs. On entry y is -g.
+/// H with the rows and columns of the identity in the place of those of the active variables.
 template <class T, int N>
-OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K,
-                             PerVariable<T, N>& y) {
-    PerVariable<Mask<T>, N> free;
+OMNIMORPH_FN Triangle<T, N> reduced_hessian(const BoxQp<T, N>& qp, const PerVariable<T, N>& active) {
+    Triangle<T, N> K;
+    for (int i = 0; i < qp.n; ++i) {
+        const Mask<T> row_free = active[i] == T(0);
+        for (int j = 0; j <= i; ++j) {
+            const Mask<T> column_free = active[j] == T(0);
+            K[i][j] = select(row_free & column_free, qp.H[i][j], T(i == j ? 1 : 0));
+        }
+    }
+    return K;
+}
+
+/// The right side that goes with it: y, on entry -g, becomes that of the free variables, and for an active one its bound.
+template <class T, int N>
+OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<T, N>& y) {
     PerVariable<T, N> bound;
     for (int i = 0; i < qp.n; ++i) {
-        free[i] = active[i] == T(0);
-        bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
+        const T at = select(active[i] < T(0), qp.lower[i], qp.upper[i]);
+        bound[i] = select(active[i] == T(0), T(0), at);
     }
     for (int i = 0; i < qp.n; ++i) {
         for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
-        const Mask<T> row_free = free[i];
-        y[i] = select(row_free, y[i], bound[i]);
-        for (int j = 0; j <= i; ++j) {
-            const Mask<T> column_free = free[j];
-            K[i][j] = select(row_free & column_free, qp.H[i][j], T(i == j ? 1 : 0));
-        }
+        y[i] = select(active[i] == T(0), y[i], bound[i]);
     }
 }
 
@@ -133,8 +139,8 @@ OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& f
     Triangle<T, N> reduced;
     const Triangle<T, N>* used = &qp.factors;
     if (any_active(s.active, qp.n)) {
-        fix_active(qp, s.active, reduced, y);
-        reduced = factors_of(reduced, qp.n);
+        fix_active(qp, s.active, y);
+        reduced = factors_of(reduced_hessian(qp, s.active), qp.n);
         used = &reduced;
     } else if (!qp.is_factored) {
         qp.factors = factors_of(qp.H, qp.n);

@@ -21,9 +21,8 @@ template <class T, int M> struct Direction {
 template <class T, int M>
 OMNIMORPH_FN Direction<T, M> direction(const BoxQp<T, M>& qp, const PerVariable<T, M>& active,
                                        const PerVariable<T, M>& gradient, const Mask<T>& damped) {
-    Triangle<T, M> K;
-    PerVariable<T, M> unused{}, downward;
-    box_qp::fix_active(qp, active, K, unused);
+    Triangle<T, M> K = box_qp::reduced_hessian(qp, active);
+    PerVariable<T, M> downward;
     Direction<T, M> out;
     PerVariable<T, M>& along = out.along;
     Mask<T> unbounded = T(0) < T(0);

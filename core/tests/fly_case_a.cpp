@@ -1,6 +1,6 @@
-// The headers stand alone: the paper's vehicle flies the whole of Case A, with no Python anywhere, by the paper's rule and
-// by joint allocation. Exits 0 if it stays within a millimetre of its reference, every allocation proves itself, and no
-// memory is asked for.
+// The headers stand alone: the paper's vehicle flies the whole of Case A, with no Python anywhere, by the paper's rule
+// and by joint allocation. Exits 0 if it stays within a millimetre of its reference, every allocation proves itself,
+// and no memory is asked for.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -58,6 +58,6 @@ bool flies_well(const char* name, const omnimorph::AllocationRule<double>& rule)
 
 int main() {
     const bool three = flies_well("three candidates", omnimorph::TiltCandidates{omnimorph::TiltSpan::window, 3});
-    const bool joint = flies_well("thrusts and tilt jointly", omnimorph::JointTilt<double>{0});
+    const bool joint = flies_well("thrusts and tilt jointly", omnimorph::JointTilt<double>{});
     return three && joint ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -1,6 +1,6 @@
-// Joint allocation of vehicles with many servos: six arms with a servo each and one rotor or two, from random states. Exits
-// 0 if each lane of a pack gets its answer alone to the last bit, rotors counted at run time or not, every answer proves
-// itself, and no tilt moves further than its servo can.
+// Joint allocation of vehicles with many servos: six arms with a servo each and one rotor or two, from random states.
+// Exits 0 if each lane of a pack gets its answer alone to the last bit, rotors counted at run time or not, every answer
+// proves itself, and no tilt moves further than its servo can.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -50,7 +50,7 @@ template <int N> AllocationSettings<double, N> settings_for(const Vehicle<double
     AllocationSettings<double, N> s{};
     for (int i = 0; i < N; ++i) s.weights.input[i] = s.weights.input_change[i] = 60;
     s.weights.acceleration = {{3e4, 3e4, 3e4, 10, 10, 10}};
-    s.rule = JointTilt<double>{0};
+    s.rule = JointTilt<double>{};
     for (int j = 0; j < servos; ++j) s.tilt_change[j] = v.rate_max[j] * period;
     return s;
 }
@@ -79,8 +79,8 @@ template <class T, int M, int N> Allocation<T, M> answer(const Vehicle<double, N
     const auto settings = convert<AllocationSettings<T, M>>(settings_for(v));
     Allocation<T, M> answer = first_allocation(vehicle, s.before);
     AllocationCache<T, M> cache;
-    allocate(settings, allocation_problem(vehicle, settings.weights), s.state, Demand<T>{s.acceleration}, answer,
-             cache);
+    const auto problem = allocation_problem(vehicle, settings.weights);
+    allocate(settings, problem, s.state, Demand<T>{s.acceleration}, answer, cache);
     return answer;
 }
 

@@ -14,6 +14,7 @@ import pytest
 CORE = Path(__file__).parents[2] / "core"
 PROGRAMS = sorted((CORE / "tests").glob("*.cpp"))
 QUICKLY_COMPILED = {"elementary_in_lanes", "fly_case_a", "interference_in_lanes"}
+ALLOCATION = CORE / "tests" / "allocation_that_changes.cpp"
 HEADERS = sorted((CORE / "include").rglob("*.hpp"))
 BINDINGS = sorted((CORE / "bindings").glob("*.cpp"))
 
@@ -76,6 +77,20 @@ def test_there_is_a_flight_without_python() -> None:
 )
 def test_program_builds_and_runs(program: Path, tmp_path: Path) -> None:
     assert build_and_run(program, "g++", PLAIN, tmp_path) != ""
+
+
+def test_allocation_of_one_vehicle_needs_no_vector_extensions() -> None:
+    text = run([compiler("g++"), *STRICT, "-DOMNIMORPH_SCALAR", "-E", str(ALLOCATION)])
+    assert "control/allocation.hpp" in text
+    assert "vector_size" not in text
+
+
+@pytest.mark.slow
+def test_candidates_in_turn_are_those_in_lanes_to_the_last_bit(tmp_path: Path) -> None:
+    """Also without exceptions and without type information, as on a microcontroller."""
+    in_lanes = build_and_run(ALLOCATION, "g++", PLAIN, tmp_path)
+    scalar = [*PLAIN, "-DOMNIMORPH_SCALAR", "-fno-exceptions", "-fno-rtti"]
+    assert build_and_run(ALLOCATION, "g++", scalar, tmp_path) == in_lanes
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ namespace omnimorph {
 template <class T> using AllocationRule = std::variant<FixedTilt, TiltCandidates, JointTilt<T>>;
 
 template <class T, int N> struct AllocationSettings {
-    AllocationWeights<T, N> weights;
-    PerServo<T> tilt_change;  // ε: each servo's rate limit times the control period, rad
+    AllocationWeights<T, N> weights;  // of the problem as it is built
+    PerServo<T> tilt_change;          // ε: each servo's rate limit times the control period, rad
     AllocationRule<T> rule;
 
     static constexpr auto fields() {

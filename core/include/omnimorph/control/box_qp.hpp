@@ -5,9 +5,9 @@
 //   1. fix the variables of the active set at their bounds and solve for the free ones (LDL'),
 //   2. take the gradient, the multipliers of the bounds,
 //   3. exchange every variable that violates its bound or the sign of its multiplier; stop when there is none.
-// A warm start is nearly always right at once. In the rare problem that has not converged after a few exchanges, a primal
-// active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in every
-// step. The answer is exact for its active set; the KKT residual proves it.
+// A warm start is nearly always right at once. In the rare problem that has not converged after a few exchanges, a
+// primal active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in
+// every step. The answer is exact for its active set; the KKT residual proves it.
 #pragma once
 
 #include "../model/vehicle.hpp"
@@ -56,26 +56,36 @@ template <class T, int N> OMNIMORPH_FN bool any_active(const PerVariable<T, N>& 
     return any(bounds > T(0));
 }
 
-/// The system K x = y with the active variables fixed at their bounds: H with the rows and columns of the identity in the
-/// place of theirs. On entry y is -g.
+/// H with the rows and columns of the identity in the place of those of the active variables.
 template <class T, int N>
-OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K,
-                             PerVariable<T, N>& y) {
-    PerVariable<Mask<T>, N> free;
+OMNIMORPH_FN Triangle<T, N> reduced_hessian(const BoxQp<T, N>& qp, const PerVariable<T, N>& active) {
+    Triangle<T, N> K;
+    for (int i = 0; i < qp.n; ++i) {
+        const Mask<T> row_free = active[i] == T(0);
+        for (int j = 0; j <= i; ++j) {
+            const Mask<T> column_free = active[j] == T(0);
+            K[i][j] = select(row_free & column_free, qp.H[i][j], T(i == j ? 1 : 0));
+        }
+    }
+    return K;
+}
+
+/// The right side that goes with it: y, on entry -g, becomes that of the free variables, and for an active one its bound.
+template <class T, int N>
+OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<T, N>& y) {
     PerVariable<T, N> bound;
     for (int i = 0; i < qp.n; ++i) {
-        free[i] = active[i] == T(0);
-        bound[i] = select(free[i], T(0), select(active[i] < T(0), qp.lower[i], qp.upper[i]));
+        const T at = select(active[i] < T(0), qp.lower[i], qp.upper[i]);
+        bound[i] = select(active[i] == T(0), T(0), at);
     }
     for (int i = 0; i < qp.n; ++i) {
         for (int j = 0; j < qp.n; ++j) y[i] -= (j < i ? qp.H[i][j] : qp.H[j][i]) * bound[j];
-        y[i] = select(free[i], y[i], bound[i]);
-        for (int j = 0; j <= i; ++j) K[i][j] = select(free[i] & free[j], qp.H[i][j], T(i == j ? 1 : 0));
+        y[i] = select(active[i] == T(0), y[i], bound[i]);
     }
 }
 
-/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can write
-/// to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
+/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can
+/// write to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
 template <class T, int N> OMNIMORPH_FN Triangle<T, N> factors_of(const Triangle<T, N>& K, Count<N> count) {
     const int n = count;
     Triangle<T, N> L;
@@ -119,8 +129,9 @@ OMNIMORPH_FN void substitute(const Triangle<T, N>& L, PerVariable<T, N> y, PerVa
     }
 }
 
-/// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors are
-/// those of H, which serve every problem with the same H. `factors` receives those of the system solved, unless NoFactors.
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors
+/// are those of H, which serve every problem with the same H. `factors` receives those of the system solved, unless
+/// NoFactors.
 template <class T, int N, class Factors>
 OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     PerVariable<T, N> y;
@@ -128,8 +139,8 @@ OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& f
     Triangle<T, N> reduced;
     const Triangle<T, N>* used = &qp.factors;
     if (any_active(s.active, qp.n)) {
-        fix_active(qp, s.active, reduced, y);
-        reduced = factors_of(reduced, qp.n);
+        fix_active(qp, s.active, y);
+        reduced = factors_of(reduced_hessian(qp, s.active), qp.n);
         used = &reduced;
     } else if (!qp.is_factored) {
         qp.factors = factors_of(qp.H, qp.n);
@@ -201,7 +212,8 @@ OMNIMORPH_FN T ratio_test(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, con
     T least = T(1);
     for (int i = 0; i < qp.n; ++i) {
         const T bound = select(target[i] < x[i], qp.lower[i], qp.upper[i]);
-        const Mask<T> beyond = (!(target[i] == x[i])) & (abs(target[i] - x[i]) > abs(bound - x[i]));
+        const Mask<T> stays = target[i] == x[i], is_long = abs(target[i] - x[i]) > abs(bound - x[i]);
+        const Mask<T> beyond = is_long & !stays;
         ratio[i] = select(beyond, (bound - x[i]) / select(beyond, target[i] - x[i], T(1)), T(2));
         least = min(least, ratio[i]);
     }
@@ -244,8 +256,8 @@ OMNIMORPH_FN void primal_active_set(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Fac
 
 }  // namespace box_qp
 
-/// Solve, starting from the active set that `s` brings; `factors` receives those of H over the variables that are free at
-/// the end, with the identity elsewhere.
+/// Solve, starting from the active set that `s` brings; `factors` receives those of H over the variables that are free
+/// at the end, with the identity elsewhere.
 template <class T, int N, class Factors>
 OMNIMORPH_FN void solve(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     const Mask<T> converged = box_qp::block_principal_pivoting(qp, s, factors);

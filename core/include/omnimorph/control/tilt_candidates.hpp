@@ -1,5 +1,5 @@
-// Allocation of a vehicle with a single servo by trying tilts: the thrusts are the best at each of them, and the tilt of the
-// least cost is taken. Three candidates in the window are the paper's rule (its Sec. 3).
+// Allocation of a vehicle with a single servo by trying tilts: the thrusts are the best at each of them, and the tilt
+// of the least cost is taken. Three candidates in the window are the paper's rule (its Sec. 3).
 #pragma once
 
 #include "thrust_qp.hpp"
@@ -25,9 +25,9 @@ template <class T> struct CandidateTilts {
     T stay, change;  // α⁻, and ε, the most that the tilt may change
     T low, high;
 
-    int count() const { return rule.span == TiltSpan::window ? rule.count : rule.count + 1; }
+    OMNIMORPH_FN int count() const { return rule.span == TiltSpan::window ? rule.count : rule.count + 1; }
 
-    T operator[](int k) const {
+    OMNIMORPH_FN T operator[](int k) const {
         if (k == 0) return clamp(stay, low, high);
         if (rule.span == TiltSpan::range)
             return clamp(low + T(double(k - 1) / (rule.count - 1)) * (high - low), low, high);
@@ -123,7 +123,8 @@ OMNIMORPH_FN void best_in_lanes(const AllocationProblem<T, N>& problem, const Al
 
 }  // namespace tilt_candidates
 
-/// The best of the candidates from `last` on, which becomes the answer. In the range, the tilt goes by at most ε towards it.
+/// The best of the candidates from `last` on, which becomes the answer. In the range, the tilt goes by at most ε
+/// towards it.
 template <class T, int N>
 OMNIMORPH_FN void choose_tilt(const TiltCandidates& rule, const AllocationProblem<T, N>& problem, const T& tilt_change,
                               const AllocationTarget<T>& target, Allocation<T, N>& last, AllocationCache<T, N>& cache) {

@@ -15,6 +15,7 @@ from omnimorph import _core
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.simulation.loop_parts import loop_parts
+from omnimorph.simulation.plant import core_motion
 
 HOVER = om.load_scenario("hover")
 
@@ -91,14 +92,26 @@ def test_what_varies_is_copied_before_the_threads_start() -> None:
         {"steps": -1},
         {"steps": -(2**62)},
         {"steps": 2**62},
-        {"control_every": 0},
         {"steps": 2**31 + 1},
     ],
 )
 def test_rows_that_cannot_be_counted_are_refused(changes: dict[str, int]) -> None:
-    parts = loop_parts(HOVER)._asdict() | changes
+    parts = loop_parts(HOVER).of_flight() | changes
     with pytest.raises(ValueError, match="a flight"):
         _core.new_flight(**parts, seed=0, flight=0, is_recorded=True)
+
+
+def test_a_flight_without_a_step_between_commands_is_refused() -> None:
+    parts = loop_parts(HOVER)
+    start = {
+        "motion": core_motion(parts.start),
+        "command": {"thrust": parts.thrust, "tilt": parts.tilt},
+    }
+    fields = HOVER.plant.core_fields(HOVER.vehicle)
+    fields |= {"controller": parts.controller, "start": start, "control_every": 0}
+    changed = parts.of_flight() | {"settings": _core.LoopSettings(fields)}
+    with pytest.raises(ValueError, match="a flight"):
+        _core.new_flight(**changed, seed=0, flight=0, is_recorded=True)
 
 
 def test_a_flight_that_another_thread_flies_answers_nobody_else() -> None:

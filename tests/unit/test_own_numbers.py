@@ -57,7 +57,7 @@ def test_a_number_that_is_meant_of_the_vehicle_is_called_by_its_file(
     without = vehicle.replace(name="mine", **{field: 0.0 * getattr(vehicle, field)})
     plant = om.PlantModel(name="p", effects=(effect,))
     with pytest.raises(ScenarioError) as caught:
-        plant.build_settings(without)
+        plant.core_fields(without)
     told = f"positive, because the plant's effect {effect.kind} takes it from the vehicle"
     told += remedy
     assert str(caught.value) == f"vehicle mine: {key} is 0, but it must be {told}."
@@ -97,7 +97,7 @@ def test_every_effect_that_falls_back_on_the_vehicle_says_so_that_way() -> None:
         except (TypeError, ScenarioError):  # it has numbers that one must give
             continue
         try:
-            plant.build_settings(bare)
+            plant.core_fields(bare)
         except ScenarioError as error:
             refused[kind.kind] = str(error)
     assert {"rotor-lag", "dead-band", "rotor-momentum", "servo-lag"} <= set(refused)

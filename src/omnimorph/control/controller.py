@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["PoseController", "core_settings"]
 
+
 def core_settings(
     vehicle: Vehicle,
     gains: TrackingGains,

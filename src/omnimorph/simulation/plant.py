@@ -211,8 +211,8 @@ class SimulatedPlant:
             raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
         if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
             raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
-        start = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
-        settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": start})
+        begins = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
+        settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": begins})
         self._plant = _core.new_plant(settings=settings, seed=seed, flight=flight)
         self._counts = vehicle.n_rotors, vehicle.n_servos
 
@@ -241,6 +241,22 @@ class SimulatedPlant:
         """The (6,) wrench that the rotors make now, N and N m, in B."""
         return self._plant.wrench()
 
+    def hub_load(self, rotor: int) -> FloatArray:
+        """Return what a rotor loads its hub with now: force (N) and torque (N m), (6,), in B.
+
+        Its thrust, as much of it as effectiveness and wakes leave, and its drag torque, both along
+        its axis z(α) and about its hub; not the torques of spinning up and of turning its axis.
+
+        Raises
+        ------
+        ScenarioError
+            If there is no such rotor; they are counted from 0.
+        """
+        n_rotors = self._counts[0]
+        if isinstance(rotor, bool) or rotor not in range(n_rotors):
+            raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
+        return self._plant.hub_load(rotor)
+
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
         return as_state(self._plant.measure())
@@ -254,7 +270,9 @@ class SimulatedPlant:
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
         if tuple(part.size for part in parts) != self._counts:
-            raise _unfit_command(ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts"))
+            raise _unfit_command(
+                ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts")
+            )
         self._plant.send(*parts)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:

@@ -11,13 +11,14 @@ The experiment on interference, replayed (OmniMorph's rotor 4 is a lower one, be
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
 from omnimorph.analysis.scaling import checked_tilt
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
@@ -26,7 +27,7 @@ from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import state_row
-from omnimorph.protocols import Command, FloatArray
+from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import (
     CommandDelay,
     DeadBand,
@@ -280,14 +281,12 @@ class ThrustStand:
             true_torque=load[:, 3:],
         )
 
-    def _run(
-        self, thrust: FloatArray, lengths: NDArray[np.int64]
-    ) -> tuple[FloatArray, FloatArray]:
+    def _run(self, thrust: FloatArray, lengths: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
         """Return speeds (T, n) and the loads (T, 6) of the hub measured, at rest first.
 
         Each command is in force for so many rows.
         """
-        vehicle, tilt = self.vehicle, self.tilt
+        vehicle, tilt = self.vehicle, as_numbers(self.tilt)
         at_rest = np.zeros(vehicle.n_rotors)
         start = {
             "motion": core_motion(state_row(np.zeros(3), np.eye(3), np.zeros(6))),
@@ -302,7 +301,9 @@ class ThrustStand:
             speeds.append(speed)
             loads.append(load)
         speed, load = np.vstack(speeds)[:-1], np.vstack(loads)[:-1]
-        if not np.isfinite(load).all():
+        with np.errstate(over="ignore"):
+            can_be_squared = np.isfinite(load * load).all()  # as whoever fits a curve to it does
+        if not can_be_squared:
             largest = f"{float(np.abs(thrust).max()):g} N"
             allowed = "small enough to compute with"
             raise ScenarioError.at(_PROFILE, "largest thrust", largest, allowed)
@@ -315,11 +316,12 @@ class ThrustStand:
     def _plant(self) -> PlantModel:
         """Return the plant that the rotors are of, stepped once a sample."""
         step = 1.0 / self.sensor.rate
-        for effect in self.effects:
+        plant = PlantModel(physics_step=step, control_period=step, effects=self.effects)
+        for effect in plant.effects:
             if not isinstance(effect, _OF_ROTORS):
                 allowed = f"one of the rotors: {', '.join(kind.kind for kind in _OF_ROTORS)}"
                 raise ScenarioError.at(_STAND, "effect", effect.kind, allowed)
-        return PlantModel(physics_step=step, control_period=step, effects=self.effects)
+        return plant
 
     def _commands(self, profile: SpeedProfile) -> FloatArray:
         """Return the thrusts, (K, n), N, from which the motor drivers get their speeds."""

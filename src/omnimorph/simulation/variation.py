@@ -147,7 +147,9 @@ class Variation:
         pushed = not {"force", "torque"}.isdisjoint(self.drawn)
         if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
             return scenario
-        return replace(scenario, plant=replace(scenario.plant, effects=(*effects, ConstantWrench())))
+        return replace(
+            scenario, plant=replace(scenario.plant, effects=(*effects, ConstantWrench()))
+        )
 
     def for_core(self, scenario: Scenario, start: FloatArray) -> dict[str, FloatArray]:
         """Return a row for each flight of every field of the core in which they differ.

@@ -91,5 +91,4 @@ class WrenchProfile(Effect):
         for name, rows in (("force_N", self.force), ("torque_Nm", torque)):
             if len(rows) != k or any(len(row) != 3 for row in rows):
                 raise ScenarioError.at(self.kind, name, rows, f"{k} rows of three numbers")
-        rows = np.column_stack([self.times, self.force, torque])
-        plant.laws[self.kind] = {"profile": rows}
+        plant.laws[self.kind] = {"profile": np.column_stack([self.times, self.force, torque])}

@@ -61,9 +61,9 @@ OMNIMORPH_FN void step_down(const BoxQp<T, M>& qp, BoxQpSolution<T, M>& s, const
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);
     Mask<T> arrived = T(0) < T(0);
     for (int k = 0; k <= qp.n && any(!arrived); ++k) {
-        const auto way = indefinite_step::direction(qp, s.active, box_qp::gradient(qp, s.x), damped);
+        const auto step = indefinite_step::direction(qp, s.active, box_qp::gradient(qp, s.x), damped);
         PerVariable<T, M> target, ratio;
-        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + way.length * way.along[j];
+        for (int j = 0; j < qp.n; ++j) target[j] = s.x[j] + step.length * step.along[j];
         const T least = box_qp::ratio_test(qp, s.x, target, ratio);
         for (int j = 0; j < qp.n; ++j) {
             const Mask<T> stopped = (ratio[j] <= least) & !arrived, below = target[j] < s.x[j];

@@ -55,20 +55,29 @@ template <class T, int N, int M> struct Context {
     const Command<T, N>& previous;
     Count<N> n;
     Count<M> m;
-    PerVariable<T, M> lower, upper;         // limits of the tilts
-    PerVariable<T, M> stay, change_weight;  // α⁻ and W4 / ε²
+    PerVariable<T, M> lower, upper;           // limits of the tilts
+    PerVariable<T, M> before, change_weight;  // α⁻ and W4 / ε²
 };
 
 /// φ and its first derivatives at some tilts, with what the second ones are made of.
 template <class T, int N, int M> struct Point {
     PerVariable<T, M> tilt, gradient;  // the latter of φ/2, scaled as the box QP of the thrusts
     ThrustQp<T, N> thrusts;
+<<<<<<< HEAD
     BoxQpSolution<T, N> best;         // best.x = f / f_scale
     Triangle<T, N> factors;           // of the Hessian over the thrusts that are free
     WrenchMatrix<T, N> G;             // C A(α) f_scale
     PerVariable<Vec6<T>, M> turning;  // ∂(G x)/∂α_j
     PerRotor<T, N> bending;           // (b − G x)' ∂G_i/∂α
     PerVariable<T, M> curvature;      // −(b − G x)' ∂²(G x)/∂α_j²
+=======
+    BoxQpSolution<T, N> best;          // best.x = f / f_scale
+    Triangle<T, N> factors;            // of the Hessian over the thrusts that are free
+    WrenchMatrix<T, N> G;              // C A(α) f_scale
+    PerVariable<Vec6<T>, M> jacobian;  // ∂(G x)/∂α_j
+    PerRotor<T, N> cross_term;         // (b − G x)' ∂G_i/∂α
+    PerVariable<T, M> curvature;       // −(b − G x)' ∂²(G x)/∂α_j²
+>>>>>>> alloc
     T cost, residual;
 };
 
@@ -79,14 +88,15 @@ OMNIMORPH_FN Context<T, N, M> context_of(const JointTilt<T>& rule, const Allocat
     Context<T, N, M> c{problem, target, previous, problem.vehicle.n_rotors, m, {}, {}, {}, {}};
     for (int j = 0; j < c.m; ++j) {
         const T low = c.problem.vehicle.angle_min[j], high = c.problem.vehicle.angle_max[j];
-        c.stay[j] = clamp(c.previous.tilt[j], low, high);
-        c.lower[j] = max(c.stay[j] - tilt_change[j], low);
-        c.upper[j] = min(c.stay[j] + tilt_change[j], high);
+        c.before[j] = clamp(c.previous.tilt[j], low, high);
+        c.lower[j] = max(c.before[j] - tilt_change[j], low);
+        c.upper[j] = min(c.before[j] + tilt_change[j], high);
         c.change_weight[j] = rule.tilt_change_weight / (tilt_change[j] * tilt_change[j]);
     }
     return c;
 }
 
+/// The box QP of the thrusts at the tilts of p.
 template <class T, int N, int M>
 OMNIMORPH_FN TiltTrigonometry<T> set_thrust_qp(const Context<T, N, M>& c, Point<T, N, M>& p) {
     PerServo<T> angle;
@@ -106,23 +116,23 @@ OMNIMORPH_FN void differentiate(const Context<T, N, M>& c, const TiltTrigonometr
     const Vec6<T> error = weighted_error(c.problem, c.target, p.G, p.best.x);
     const Vec6<T> pulled = pulled_back(c.target, error);
     for (int j = 0; j < c.m; ++j) {
-        p.turning[j] = Vec6<T>::zero();
+        p.jacobian[j] = Vec6<T>::zero();
         p.curvature[j] = T(0);
     }
     for (int i = 0; i < c.n && c.m > 0; ++i) {
         const int j = c.problem.vehicle.servo[i];
-        const Vec6<T> turned = map.tilt_derivative(i, trig);
-        p.bending[i] = dot(pulled, turned);
-        p.turning[j] = p.turning[j] + p.best.x[i] * turned;
+        const Vec6<T> slope = map.tilt_derivative(i, trig);
+        p.cross_term[i] = dot(pulled, slope);
+        p.jacobian[j] = p.jacobian[j] + p.best.x[i] * slope;
         p.curvature[j] += p.best.x[i] * (dot(error, p.G.column[i]) - dot(pulled, map.constant[i]));
     }
     p.cost = allocation_cost(c.problem, error, p.best.x, c.previous.thrust);
     p.residual = p.best.kkt_residual;
     for (int j = 0; j < c.m; ++j) {
-        p.turning[j] = weighted(c.target, p.turning[j]);
-        const T change = p.tilt[j] - c.stay[j];
+        p.jacobian[j] = weighted(c.target, p.jacobian[j]);
+        const T change = p.tilt[j] - c.before[j];
         p.cost += c.change_weight[j] * change * change;
-        p.gradient[j] = p.thrusts.unit * (c.change_weight[j] * change - dot(error, p.turning[j]));
+        p.gradient[j] = p.thrusts.unit * (c.change_weight[j] * change - dot(error, p.jacobian[j]));
         const T slack = p.tilt[j] - clamp(p.tilt[j] - p.gradient[j], c.lower[j], c.upper[j]);
         p.residual = max_or_nan(p.residual, abs(slack));
     }
@@ -164,13 +174,13 @@ OMNIMORPH_FN void set_reduced_hessian(const Context<T, N, M>& c, const Point<T, 
     PerVariable<PerVariable<T, N>, M> B;  // and then L⁻¹ B'
     for (int j = 0; j < c.m; ++j) {
         for (int i = 0; i < c.n; ++i) {
-            const T bent = c.problem.vehicle.servo[i] == j ? p.bending[i] : T(0);
-            B[j][i] = select(p.best.active[i] == T(0), unit * (dot(p.turning[j], p.G.column[i]) - bent), T(0));
+            const T cross = c.problem.vehicle.servo[i] == j ? p.cross_term[i] : T(0);
+            B[j][i] = select(p.best.active[i] == T(0), unit * (dot(p.jacobian[j], p.G.column[i]) - cross), T(0));
         }
         for (int i = 0; i < c.n; ++i)
             for (int k = i + 1; k < c.n; ++k) B[j][k] -= L[k][i] * B[j][i];
         for (int l = 0; l <= j; ++l) {
-            qp.H[j][l] = unit * dot(p.turning[j], p.turning[l]);
+            qp.H[j][l] = unit * dot(p.jacobian[j], p.jacobian[l]);
             for (int i = 0; i < c.n; ++i) qp.H[j][l] -= B[j][i] * B[l][i] * L[i][i];
         }
         qp.H[j][j] += unit * (p.curvature[j] + c.change_weight[j]);
@@ -277,6 +287,7 @@ template <class T, int N, class Visit> OMNIMORPH_FN void with_servo_count(int m,
     }
     visit(Count<0>(m));
 }
+
 }  // namespace joint_tilt
 
 /// Thrusts and tilts, each tilt within what a control step allows of the one before. For a single servo the descent

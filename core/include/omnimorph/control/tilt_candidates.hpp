@@ -22,17 +22,17 @@ struct TiltCandidates {
 /// The tilts that one control step tries, within the servo's limits; number 0 is α⁻, so that a tie goes to it.
 template <class T> struct CandidateTilts {
     TiltCandidates rule;
-    T stay, change;  // α⁻, and ε, the most that the tilt may change
+    T before, change;  // α⁻, and ε, the most that the tilt may change
     T low, high;
 
     OMNIMORPH_FN int count() const { return rule.span == TiltSpan::window ? rule.count : rule.count + 1; }
 
     OMNIMORPH_FN T operator[](int k) const {
-        if (k == 0) return clamp(stay, low, high);
+        if (k == 0) return clamp(before, low, high);
         if (rule.span == TiltSpan::range)
             return clamp(low + T(double(k - 1) / (rule.count - 1)) * (high - low), low, high);
         const int away = k % 2 == 1 ? -(k + 1) / 2 : k / 2;  // -1, 1, -2, 2 …: the nearest first
-        return clamp(stay + T(double(away) / (rule.count / 2)) * change, low, high);
+        return clamp(before + T(double(away) / (rule.count / 2)) * change, low, high);
     }
 };
 

@@ -63,21 +63,12 @@ template <class T, int N, int M> struct Context {
 template <class T, int N, int M> struct Point {
     PerVariable<T, M> tilt, gradient;  // the latter of φ/2, scaled as the box QP of the thrusts
     ThrustQp<T, N> thrusts;
-<<<<<<< HEAD
-    BoxQpSolution<T, N> best;         // best.x = f / f_scale
-    Triangle<T, N> factors;           // of the Hessian over the thrusts that are free
-    WrenchMatrix<T, N> G;             // C A(α) f_scale
-    PerVariable<Vec6<T>, M> turning;  // ∂(G x)/∂α_j
-    PerRotor<T, N> bending;           // (b − G x)' ∂G_i/∂α
-    PerVariable<T, M> curvature;      // −(b − G x)' ∂²(G x)/∂α_j²
-=======
     BoxQpSolution<T, N> best;          // best.x = f / f_scale
     Triangle<T, N> factors;            // of the Hessian over the thrusts that are free
     WrenchMatrix<T, N> G;              // C A(α) f_scale
     PerVariable<Vec6<T>, M> jacobian;  // ∂(G x)/∂α_j
     PerRotor<T, N> cross_term;         // (b − G x)' ∂G_i/∂α
     PerVariable<T, M> curvature;       // −(b − G x)' ∂²(G x)/∂α_j²
->>>>>>> alloc
     T cost, residual;
 };
 

@@ -126,11 +126,13 @@ nb::bytes store(const BoundFlight& flight) {
     return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
+/// Go on from a stored state. Rows of the record before it that this flight has not flown are not numbers.
 void restore(const BoundFlight& flight, const nb::bytes& state) {
     const auto* first = reinterpret_cast<const unsigned char*>(state.c_str());
+    const long flown = flight->step();
     switch (flight->restore({first, first + state.size()})) {
         case Stored::read:
-            return;
+            break;
         case Stored::of_another_version:
             throw nb::value_error("it was stored by another version of omnimorph");
         case Stored::of_another_flight:
@@ -138,6 +140,7 @@ void restore(const BoundFlight& flight, const nb::bytes& state) {
         case Stored::broken:
             throw nb::value_error("it is broken");
     }
+    if (flight.columns) flight.columns->leave_out(flown, flight->step());
 }
 
 /// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.

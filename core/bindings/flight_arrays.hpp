@@ -1,6 +1,7 @@
 // Between the arrays of a flight in Python and what the core makes of them: commands, and the columns of a record.
 #pragma once
 
+#include <limits>
 #include <memory>
 
 #include "arrays.hpp"
@@ -37,6 +38,19 @@ class RunColumns {
         Record r;
         for (std::size_t k = 0; k < numbers_.size(); ++k) r.column[k] = numbers_[k].get();
         return r;
+    }
+
+    /// Rows that nobody flew: not a number, and no bound active.
+    void leave_out(long first, long last) {
+        std::size_t k = 0;
+        const auto fill = [&](const auto& column) {
+            using Number = typename std::decay_t<decltype(column)>::Number;
+            const long width = column.width(Count<0>(n_), m_);
+            auto* numbers = reinterpret_cast<Number*>(numbers_[k++].get());
+            std::fill(numbers + first * width, numbers + std::max(first, last) * width,
+                      std::numeric_limits<Number>::quiet_NaN());
+        };
+        std::apply([&](const auto&... column) { (fill(column), ...); }, columns<double, 0>());
     }
 
     /// Read-only arrays, by name.

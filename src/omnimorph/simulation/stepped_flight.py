@@ -179,6 +179,42 @@ class SteppedFlight:
                 shares *= effect.share
         return shares
 
+    def stored_state(self) -> bytes:
+        """Return the state of the flight: all that it needs to go on the same to the last bit.
+
+        The scenario, the reference and what `set_effectiveness` or `change_controller` did are not
+        part of it, nor are the rows flown.
+        """
+        return self.core.store()
+
+    def restore(self, state: bytes) -> None:
+        """Go on from a state that a flight of the same scenario has stored.
+
+        Rows before it that this flight has not flown itself are NaN.
+
+        Raises
+        ------
+        ScenarioError
+            If the state is of another version of omnimorph, of another vehicle, or broken.
+
+        Examples
+        --------
+        >>> import omnimorph as om
+        >>> flight, branch = om.SteppedFlight("hover"), om.SteppedFlight("hover")
+        >>> flight.step()
+        >>> branch.restore(flight.stored_state())
+        >>> branch.time == flight.time
+        True
+        """
+        try:
+            self.core.restore(bytes(state))
+        except (TypeError, ValueError) as problem:
+            allowed = "what a flight of the same scenario has stored"
+            raise ScenarioError(
+                f"the state of the flight cannot be used, because {problem}; it must be {allowed}."
+            ) from None
+        self.note("restored")
+
     def note(self, kind: str, **what: Any) -> None:
         """Note in the provenance what was done to the flight, and when."""
         event = {"kind": kind, "time_s": round(self.time, 9), **what}

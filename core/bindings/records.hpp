@@ -31,7 +31,8 @@ class RecordReader {
   public:
     RecordReader(int n, int m, Tables& tables) : n_(n), m_(m), tables_(tables) {}
 
-    /// Every field of a record from a dict, which has no others; a record with a field `active` may be left out, and is not.
+    /// Every field of a record from a dict, which has no others; a record with a field `active` may be left out, and is
+    /// not.
     template <class Record> void read(Record& record, const nb::dict& dict, const std::string& place) {
         std::set<std::string> known;
         for_each_field(record, [&](const auto& field, auto& member) {

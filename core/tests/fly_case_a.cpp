@@ -1,6 +1,6 @@
-// The headers stand alone: the paper's vehicle flies the whole of Case A, with no Python anywhere, by the paper's rule and
-// by joint allocation. Exits 0 if it stays within a millimetre of its reference, every allocation proves itself, and no
-// memory is asked for.
+// The headers stand alone: the paper's vehicle flies the whole of Case A, with no Python anywhere, by the paper's rule
+// and by joint allocation. Exits 0 if it stays within a millimetre of its reference, every allocation proves itself,
+// and no memory is asked for.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -1,7 +1,7 @@
-// One text for every number type: the controller with each of its rules, position first or not, and the plant with every effect on, fly in the
-// lanes of a pack as they do alone, in single precision, and with the rotors counted at run time. Exits 0 if after two
-// seconds each lane is its flight alone to the last bit, which holds where products and sums are rounded one by one
-// (-ffp-contract=off).
+// One text for every number type: the controller with each of its rules, position first or not, and the plant with
+// every effect on, fly in the lanes of a pack as they do alone, in single precision, and with the rotors counted at run
+// time. Exits 0 if after two seconds each lane is its flight alone to the last bit, which holds where products and sums
+// are rounded one by one (-ffp-contract=off).
 #include <cstdio>
 #include <cstdlib>
 
@@ -52,7 +52,8 @@ const Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
                       {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
                       {"thrusts and tilt jointly", JointTilt<double>{0}}};
 
-/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
+/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 +
+/// k.
 template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t number) {
     const auto vehicle = paper::vehicle();
     auto controller = paper::case_b(vehicle, every * paper::step);

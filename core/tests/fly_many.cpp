@@ -1,6 +1,7 @@
-// Many flights at once, each with its own mass, lag, wakes, noise and start, in lanes and threads: every flight gives the numbers
-// it gives alone, to the last bit, also beside flights that are lost or whose numbers overflow. Exits 0 if so, and if two pools
-// of threads agree, and one that is to stop does. (Products and sums are rounded one by one, -ffp-contract=off.)
+// Many flights at once, each with its own mass, lag, wakes, noise and start, in lanes and threads: every flight gives
+// the numbers it gives alone, to the last bit, also beside flights that are lost or whose numbers overflow. Exits 0 if
+// so, and if two pools of threads agree, and one that is to stop does. (Products and sums are rounded one by one,
+// -ffp-contract=off.)
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

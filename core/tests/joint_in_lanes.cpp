@@ -1,6 +1,6 @@
-// Joint allocation of vehicles with many servos: six arms with a servo each and one rotor or two, from random states. Exits
-// 0 if each lane of a pack gets its answer alone to the last bit, rotors counted at run time or not, every answer proves
-// itself, and no tilt moves further than its servo can.
+// Joint allocation of vehicles with many servos: six arms with a servo each and one rotor or two, from random states.
+// Exits 0 if each lane of a pack gets its answer alone to the last bit, rotors counted at run time or not, every answer
+// proves itself, and no tilt moves further than its servo can.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

@@ -1,9 +1,10 @@
-// The problem that allocation solves: the thrusts, and the tilts, that come closest to an acceleration under limits (the
-// paper's eqs. 15 and 16), with the dynamics q̈ = M⁻¹(μ + J_R (A(α) f + bias)) put in:
+// The problem that allocation solves: the thrusts, and the tilts, that come closest to an acceleration under limits
+// (the paper's eqs. 15 and 16), with the dynamics q̈ = M⁻¹(μ + J_R (A(α) f + bias)) put in:
 //
 //     J(f, α) = ‖u‖²_W1 + ‖q̈_r − q̈‖²_W2 + ‖u − u⁻‖²_W3,   u = f / c_f in Hz²
 //
-// written in x = f / f_scale. The cost is summed term by term, never through x'Hx: answers differ by less than what cancels.
+// written in x = f / f_scale. The cost is summed term by term, never through x'Hx: answers differ by less than what
+// cancels.
 #pragma once
 
 #include "../model/wrench.hpp"
@@ -46,8 +47,8 @@ OMNIMORPH_FN Vec6<T> wrench_for(const Vehicle<T, N>& vehicle, const Motion<T>& s
     return {{force[0], force[1], force[2], torque[0], torque[1], torque[2]}};
 }
 
-/// The problem of one vehicle, scaled. `allocation_problem` builds it; the `set_...` functions below change it, in every
-/// control step if need be, and keep what follows in agreement.
+/// The problem of one vehicle, scaled. `allocation_problem` builds it; the `set_...` functions below change it, in
+/// every control step if need be, and keep what follows in agreement.
 template <class T, int N> struct AllocationProblem {
     Vehicle<T, N> vehicle;
     AllocationWeights<T, N> weights;
@@ -143,8 +144,8 @@ OMNIMORPH_FN void set_weights(AllocationProblem<T, N>& problem, const Allocation
     ++problem.version;
 }
 
-/// The problem of a vehicle whose rotors all give what its model says, within its limits and without a bias. Start it with
-/// an empty cache: versions are counted for each problem.
+/// The problem of a vehicle whose rotors all give what its model says, within its limits and without a bias. Start it
+/// with an empty cache: versions are counted for each problem.
 template <class T, int N>
 OMNIMORPH_FN AllocationProblem<T, N> allocation_problem(const Vehicle<T, N>& vehicle,
                                                         const AllocationWeights<T, N>& weights) {

@@ -5,9 +5,9 @@
 //   1. fix the variables of the active set at their bounds and solve for the free ones (LDL'),
 //   2. take the gradient, the multipliers of the bounds,
 //   3. exchange every variable that violates its bound or the sign of its multiplier; stop when there is none.
-// A warm start is nearly always right at once. In the rare problem that has not converged after a few exchanges, a primal
-// active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in every
-// step. The answer is exact for its active set; the KKT residual proves it.
+// A warm start is nearly always right at once. In the rare problem that has not converged after a few exchanges, a
+// primal active-set method goes on (J. Nocedal, S. J. Wright, "Numerical Optimization", Sec. 16.5), whose cost falls in
+// every step. The answer is exact for its active set; the KKT residual proves it.
 #pragma once
 
 #include "../model/vehicle.hpp"
@@ -56,8 +56,8 @@ template <class T, int N> OMNIMORPH_FN bool any_active(const PerVariable<T, N>& 
     return any(bounds > T(0));
 }
 
-/// The system K x = y with the active variables fixed at their bounds: H with the rows and columns of the identity in the
-/// place of theirs. On entry y is -g.
+/// The system K x = y with the active variables fixed at their bounds: H with the rows and columns of the identity in
+/// the place of theirs. On entry y is -g.
 template <class T, int N>
 OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, Triangle<T, N>& K,
                              PerVariable<T, N>& y) {
@@ -74,8 +74,8 @@ OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& act
     }
 }
 
-/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can write
-/// to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
+/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can
+/// write to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
 template <class T, int N> OMNIMORPH_FN Triangle<T, N> factors_of(const Triangle<T, N>& K, Count<N> count) {
     const int n = count;
     Triangle<T, N> L;
@@ -119,8 +119,9 @@ OMNIMORPH_FN void substitute(const Triangle<T, N>& L, PerVariable<T, N> y, PerVa
     }
 }
 
-/// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors are
-/// those of H, which serve every problem with the same H. `factors` receives those of the system solved, unless NoFactors.
+/// x on the active set: bounds where active, the minimiser over the rest elsewhere. Where nothing is active the factors
+/// are those of H, which serve every problem with the same H. `factors` receives those of the system solved, unless
+/// NoFactors.
 template <class T, int N, class Factors>
 OMNIMORPH_FN void solve_free(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     PerVariable<T, N> y;
@@ -244,8 +245,8 @@ OMNIMORPH_FN void primal_active_set(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Fac
 
 }  // namespace box_qp
 
-/// Solve, starting from the active set that `s` brings; `factors` receives those of H over the variables that are free at
-/// the end, with the identity elsewhere.
+/// Solve, starting from the active set that `s` brings; `factors` receives those of H over the variables that are free
+/// at the end, with the identity elsewhere.
 template <class T, int N, class Factors>
 OMNIMORPH_FN void solve(BoxQp<T, N>& qp, BoxQpSolution<T, N>& s, Factors& factors) {
     const Mask<T> converged = box_qp::block_principal_pivoting(qp, s, factors);

@@ -10,8 +10,8 @@ namespace indefinite_step {
 template <class T> inline constexpr double least_pivot = is_double<T> ? 1e-12 : 1e-5;  // of the scaled Hessian
 inline constexpr double beyond_any_bound = 1e4;
 
-/// A direction within the free variables, and how long it is: the whole Newton step where x'Hx/2 + g'x has a minimum over
-/// them, otherwise a direction of negative curvature, to be followed until a bound stops it.
+/// A direction within the free variables, and how long it is: the whole Newton step where x'Hx/2 + g'x has a minimum
+/// over them, otherwise a direction of negative curvature, to be followed until a bound stops it.
 template <class T, int M> struct Direction {
     PerVariable<T, M> along;
     T length;
@@ -54,9 +54,9 @@ OMNIMORPH_FN Direction<T, M> direction(const BoxQp<T, M>& qp, const PerVariable<
 
 }  // namespace indefinite_step
 
-/// A step x to lower x'Hx/2 + g'x within bounds, H of any sign: to the minimum over the variables that are free, and along a
-/// direction in which there is none, until a bound stops it; again with that variable held. Those `active` at first stay.
-/// A `damped` step takes no such direction, whose first part may lead uphill.
+/// A step x to lower x'Hx/2 + g'x within bounds, H of any sign: to the minimum over the variables that are free, and
+/// along a direction in which there is none, until a bound stops it; again with that variable held. Those `active` at
+/// first stay. A `damped` step takes no such direction, whose first part may lead uphill.
 template <class T, int M>
 OMNIMORPH_FN void step_down(const BoxQp<T, M>& qp, BoxQpSolution<T, M>& s, const Mask<T>& damped) {
     for (int j = 0; j < qp.n; ++j) s.x[j] = T(0);

@@ -4,20 +4,22 @@
 //
 // over f_min <= f <= f_max, |α_j − α_j⁻| <= ε_j and the limits of the servos, where ε_j is what a control step allows.
 //
-// J is convex in the thrusts and not in the tilts. So the thrusts are eliminated: φ(α) = min J(f, α) over f, a box QP in n
-// variables, and φ falls by Newton's method within the bounds. Its Hessian is the Schur complement of that of J in the
-// n + m variables, over the thrusts that are free, with the second derivatives of the wrench: among answers of one
-// wrench the effort gets all its curvature from them. A step counts only if φ falls, and is halved until it does. Where no
-// part of it does - φ has kinks in its slope, where a thrust reaches a limit, and curves downwards in places - the next is
-// damped: with enough of that it goes down the gradient, which is continuous, so that only a point without one ends it.
+// J is convex in the thrusts and not in the tilts. So the thrusts are eliminated: φ(α) = min J(f, α) over f, a box QP
+// in n variables, and φ falls by Newton's method within the bounds. Its Hessian is the Schur complement of that of J in
+// the n + m variables, over the thrusts that are free, with the second derivatives of the wrench: among answers of one
+// wrench the effort gets all its curvature from them. A step counts only if φ falls, and is halved until it does. Where
+// no part of it does - φ has kinks in its slope, where a thrust reaches a limit, and curves downwards in places - the
+// next is damped: with enough of that it goes down the gradient, which is continuous, so that only a point without one
+// ends it.
 //
 // (One box QP in n + m variables steps out of the narrow curved valley of equal wrenches, and is halved back; where the
 // effort decides, as in the paper's Case A, six servos took it more than twice as many steps.)
 //
-// The residual that proves the answer is that of J: max |z − clamp(z − ∇J/2)| over z = (x, α), with α in rad and ∇J divided
-// by the mean of the diagonal of the Hessian in x, as at a fixed tilt.
+// The residual that proves the answer is that of J: max |z − clamp(z − ∇J/2)| over z = (x, α), with α in rad and ∇J
+// divided by the mean of the diagonal of the Hessian in x, as at a fixed tilt.
 //
-// The steps: start_at, then newton_step and line_search (which calls solve_at_tilts) until converged, then store_answer.
+// The steps: start_at, then newton_step and line_search (which calls solve_at_tilts) until converged, then
+// store_answer.
 #pragma once
 
 #include <utility>
@@ -97,8 +99,8 @@ OMNIMORPH_FN TiltTrigonometry<T> set_thrust_qp(const Context<T, N, M>& c, Point<
     return trig;
 }
 
-/// φ, its gradient and the residual. The error is carried back to where the map is, so that only one column for each servo
-/// need be weighted.
+/// φ, its gradient and the residual. The error is carried back to where the map is, so that only one column for each
+/// servo need be weighted.
 template <class T, int N, int M>
 OMNIMORPH_FN void differentiate(const Context<T, N, M>& c, const TiltTrigonometry<T>& trig, Point<T, N, M>& p) {
     const WrenchMap<T, N>& map = c.problem.map;
@@ -176,8 +178,8 @@ OMNIMORPH_FN void set_reduced_hessian(const Context<T, N, M>& c, const Point<T, 
     }
 }
 
-/// The increments of the tilts, and where they end at a bound. Damping, a share of the largest entry on the diagonal of the
-/// Hessian that is added to all of them, turns the step into a short one down the gradient.
+/// The increments of the tilts, and where they end at a bound. Damping, a share of the largest entry on the diagonal of
+/// the Hessian that is added to all of them, turns the step into a short one down the gradient.
 template <class T, int N, int M>
 OMNIMORPH_FN BoxQpSolution<T, M> newton_step(const Context<T, N, M>& c, const Point<T, N, M>& p, const T& damping) {
     BoxQp<T, M> qp;
@@ -215,8 +217,8 @@ OMNIMORPH_FN void select_point(const Context<T, N, M>& c, const Mask<T>& mask, P
     factorise(*point);
 }
 
-/// Go along a step as far as J falls, a half of it, a quarter … Where J stays the same to rounding, the residual must fall.
-/// True in the lanes that moved; those that are done stay.
+/// Go along a step as far as J falls, a half of it, a quarter … Where J stays the same to rounding, the residual must
+/// fall. True in the lanes that moved; those that are done stay.
 template <class T, int N, int M>
 OMNIMORPH_FN Mask<T> line_search(const Context<T, N, M>& c, const BoxQpSolution<T, M>& step, const Mask<T>& done,
                                  Point<T, N, M>*& here, Point<T, N, M>*& next) {
@@ -262,8 +264,8 @@ template <class T, int N, int M> OMNIMORPH_FN void descend(const Context<T, N, M
     for (int j = 0; j < c.m; ++j) answer.command.tilt[j] = here->tilt[j];
 }
 
-/// visit(number of servos), as a type of its own where it is usual for N rotors. In lanes that gains little, and takes long
-/// to compile.
+/// visit(number of servos), as a type of its own where it is usual for N rotors. In lanes that gains little, and takes
+/// long to compile.
 template <class T, int N, class Visit> OMNIMORPH_FN void with_servo_count(int m, Visit&& visit) {
     if constexpr (lane_count<T> == 1) {
         if (m == 1) return visit(Count<1>());
@@ -278,8 +280,8 @@ template <class T, int N, class Visit> OMNIMORPH_FN void with_servo_count(int m,
 }
 }  // namespace joint_tilt
 
-/// Thrusts and tilts, each tilt within what a control step allows of the one before. For a single servo the descent begins
-/// at the best of the paper's three candidates, otherwise at the tilts as they are.
+/// Thrusts and tilts, each tilt within what a control step allows of the one before. For a single servo the descent
+/// begins at the best of the paper's three candidates, otherwise at the tilts as they are.
 template <class T, int N>
 OMNIMORPH_FN void allocate(const JointTilt<T>& rule, const AllocationProblem<T, N>& problem,
                            const PerServo<T>& tilt_change, const Motion<T>& estimate, const Demand<T>& demand,

@@ -1,12 +1,12 @@
-// The thrusts at given tilts: a box QP, divided by the mean of the diagonal of its Hessian, so that tolerances mean the same
-// for every vehicle; and the cache of what it shares with the step before.
+// The thrusts at given tilts: a box QP, divided by the mean of the diagonal of its Hessian, so that tolerances mean the
+// same for every vehicle; and the cache of what it shares with the step before.
 #pragma once
 
 #include "allocation_problem.hpp"
 #include "box_qp.hpp"
 
-// Four candidates of one vehicle fit into a register; with OMNIMORPH_SCALAR, for a compiler that has no vector extensions,
-// they are solved one after the other, and the answer is the same to the last bit.
+// Four candidates of one vehicle fit into a register; with OMNIMORPH_SCALAR, for a compiler that has no vector
+// extensions, they are solved one after the other, and the answer is the same to the last bit.
 #ifndef OMNIMORPH_SCALAR
 #include "../math/pack.hpp"
 #endif
@@ -26,8 +26,8 @@ template <class U, int N> struct ThrustQp {
     U unit;  // it is half of J times this
 };
 
-/// What is known of the problem at some tilts. Where the map holds all of W2 it is the same in every attitude, so that it
-/// serves again as long as the tilts stay: always, for a vehicle whose rotors do not tilt.
+/// What is known of the problem at some tilts. Where the map holds all of W2 it is the same in every attitude, so that
+/// it serves again as long as the tilts stay: always, for a vehicle whose rotors do not tilt.
 template <class U, int N> struct TiltCache {
     long version = 0;  // of the problem; with the tilts, the key
     PerServo<U> tilt;
@@ -35,7 +35,8 @@ template <class U, int N> struct TiltCache {
     ThrustQp<U, N> thrusts;
 };
 
-/// The caches of one vehicle's allocation, by whatever rule; an empty one gives the same bits. It belongs to one problem.
+/// The caches of one vehicle's allocation, by whatever rule; an empty one gives the same bits. It belongs to one
+/// problem.
 template <class T, int N> struct AllocationCache {
     static constexpr int candidates = candidate_lanes<T> == 1 ? 3 : 1;  // the paper's three, if they are solved in turn
     TiltCache<T, N> fixed;

@@ -1,5 +1,5 @@
-// Allocation of a vehicle with a single servo by trying tilts: the thrusts are the best at each of them, and the tilt of the
-// least cost is taken. Three candidates in the window are the paper's rule (its Sec. 3).
+// Allocation of a vehicle with a single servo by trying tilts: the thrusts are the best at each of them, and the tilt
+// of the least cost is taken. Three candidates in the window are the paper's rule (its Sec. 3).
 #pragma once
 
 #include "thrust_qp.hpp"
@@ -123,7 +123,8 @@ OMNIMORPH_FN void best_in_lanes(const AllocationProblem<T, N>& problem, const Al
 
 }  // namespace tilt_candidates
 
-/// The best of the candidates from `last` on, which becomes the answer. In the range, the tilt goes by at most ε towards it.
+/// The best of the candidates from `last` on, which becomes the answer. In the range, the tilt goes by at most ε
+/// towards it.
 template <class T, int N>
 OMNIMORPH_FN void choose_tilt(const TiltCandidates& rule, const AllocationProblem<T, N>& problem, const T& tilt_change,
                               const AllocationTarget<T>& target, Allocation<T, N>& last, AllocationCache<T, N>& cache) {

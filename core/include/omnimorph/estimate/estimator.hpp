@@ -10,8 +10,9 @@ template <class T> struct Estimate {
     Motion<T> motion;
 };
 
-/// First-order low-pass filters, n_f <- n_f + gain (n - n_f), as a vehicle's state estimator has them; they follow the motion
-/// itself without lag, so that only the errors of the sensors pass through them. Without a cutoff an error passes as it is.
+/// First-order low-pass filters, n_f <- n_f + gain (n - n_f), as a vehicle's state estimator has them; they follow the
+/// motion itself without lag, so that only the errors of the sensors pass through them. Without a cutoff an error
+/// passes as it is.
 template <class T> struct LowPass {
     Vec<T, 4> cutoff{};  // rad/s, of position, velocity, attitude and body rate; 0 for none
     Vec<T, 4> gain{};    // 1 - e^(-period cutoff)
@@ -54,8 +55,8 @@ OMNIMORPH_FN Estimate<T> estimate(const LowPass<T>& filter, const Measurement<T>
     return {with_error(measured.motion, state.filtered)};
 }
 
-/// The estimate in a control step that someone asks for who may have left some out, or asks again: the errors of each step
-/// pass through the filters once.
+/// The estimate in a control step that someone asks for who may have left some out, or asks again: the errors of each
+/// step pass through the filters once.
 template <class T>
 OMNIMORPH_FN Estimate<T> estimate_in_step(const MeasurementNoise<T>& sensors, const LowPass<T>& filter,
                                           const Motion<T>& motion, NoiseKey first, std::uint32_t control_step,

@@ -19,8 +19,8 @@ template <class T> struct MeasurementNoise {
     }
 };
 
-/// Pose and rates as they are read: the motion with an error on it, three numbers each for p, v, R and w. The two are kept
-/// apart, because the low-pass filters that estimate the motion are taken to follow it without lag.
+/// Pose and rates as they are read: the motion with an error on it, three numbers each for p, v, R and w. The two are
+/// kept apart, because the low-pass filters that estimate the motion are taken to follow it without lag.
 template <class T> struct Measurement {
     Motion<T> motion;
     Vec<T, 12> error;
@@ -28,8 +28,8 @@ template <class T> struct Measurement {
     std::uint32_t control_step;
 };
 
-/// What the sensors read in a control step; the same, however often it is asked for. `first` is the key of lane 0; the lanes
-/// are flights that follow one another.
+/// What the sensors read in a control step; the same, however often it is asked for. `first` is the key of lane 0; the
+/// lanes are flights that follow one another.
 template <class T>
 OMNIMORPH_FN Measurement<T> sense(const MeasurementNoise<T>& noise, const Motion<T>& motion, NoiseKey first,
                                   std::uint32_t control_step) {

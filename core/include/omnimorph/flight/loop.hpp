@@ -2,8 +2,8 @@
 //
 //     sense -> estimate -> track -> allocate -> actuate -> forces -> move
 //
-// Each stage is a settings record and a free function, some with a state. The state of a flight is one plain value: copied, it
-// is a branch of the flight; stored, it can be gone on with.
+// Each stage is a settings record and a free function, some with a state. The state of a flight is one plain value:
+// copied, it is a branch of the flight; stored, it can be gone on with.
 #pragma once
 
 #include "settings.hpp"
@@ -116,8 +116,8 @@ OMNIMORPH_FN void move(const Loop<T, N>& loop, const Vec6<T>& push, FlightState<
     ++x.step;
 }
 
-/// One step of the whole loop: a decision, where one is due, and a physics step under a push from outside. Between the two
-/// `goes_on` sees what was decided, and may end it there.
+/// One step of the whole loop: a decision, where one is due, and a physics step under a push from outside. Between the
+/// two `goes_on` sees what was decided, and may end it there.
 template <class T, int N, class GoesOn>
 OMNIMORPH_FN void step(const Loop<T, N>& loop, const Desired<T>& desired, const Vec6<T>& push, FlightState<T, N>& x,
                        StepMemory<T, N>& memory, GoesOn&& goes_on) {

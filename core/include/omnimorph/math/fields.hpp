@@ -154,8 +154,8 @@ void for_each_leaf_of_choice(const std::string& path, X& x, const Y& y, Visit&& 
 
 }  // namespace fields
 
-/// visit(path, x, y) for everything in a record that is a number or an array of them, and its like in another: `path` joins
-/// the names of the fields by dots. What is derived is left out; a list of records adds no name of its own.
+/// visit(path, x, y) for everything in a record that is a number or an array of them, and its like in another: `path`
+/// joins the names of the fields by dots. What is derived is left out; a list of records adds no name of its own.
 template <class X, class Y, class Visit> void for_each_leaf(const std::string& path, X& x, const Y& y, Visit&& visit) {
     using Plain = std::remove_const_t<X>;
     if constexpr (fields::is_record<Plain>) {
@@ -171,8 +171,8 @@ template <class X, class Y, class Visit> void for_each_leaf(const std::string& p
     }
 }
 
-/// visit(x, y) for every number of one record and its like in another, which may be of other numbers or hold another count
-/// of rotors: arrays go together as far as both reach.
+/// visit(x, y) for every number of one record and its like in another, which may be of other numbers or hold another
+/// count of rotors: arrays go together as far as both reach.
 template <class X, class Y, class Visit> void for_each_number(X& x, const Y& y, Visit&& visit) {
     if constexpr (fields::is_record<X>) {
         fields::expect_every_member<X>();

@@ -1,8 +1,9 @@
 // The plant: actuators with their imperfections, then the forces, then the rigid body, one physics step at a time.
 //
-// The angular state of the integrators is the whole angular momentum in B, L = J w + H, with H = sum I_i k_i w_i z_i that of
-// the spinning rotors (zero unless the effect RotorMomentum is on). dL/dt = tau - w x L then holds the gyroscopic torque, the
-// reaction to spinning up and the torque of tilting a spinning rotor at once, without a derivative of any of them.
+// The angular state of the integrators is the whole angular momentum in B, L = J w + H, with H = sum I_i k_i w_i z_i
+// that of the spinning rotors (zero unless the effect RotorMomentum is on). dL/dt = tau - w x L then holds the
+// gyroscopic torque, the reaction to spinning up and the torque of tilting a spinning rotor at once, without a
+// derivative of any of them.
 #pragma once
 
 #include "rotors.hpp"

@@ -24,6 +24,7 @@ IN_PARALLEL := --numprocesses auto --dist loadfile
 # What the installed package is made of.
 SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \
 	find src core/include core/bindings -type f ! -name '*.pyc' ! -name '*.so'))
+CPLUSPLUS := $(shell find core -name '*.hpp' -o -name '*.cpp')
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
@@ -47,13 +48,15 @@ mutants: setup  ## make each mistake of tests/mutants in a copy: tests must fail
 
 check: setup  ## format, lint, types, import layers
 	$(BIN)/ruff format --check .
+	$(BIN)/clang-format --dry-run -Werror $(CPLUSPLUS)
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports --no-logo
 
-format: setup  ## let ruff format and mend what it can
+format: setup  ## let ruff and clang-format format, and ruff mend what it can
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+	$(BIN)/clang-format -i $(CPLUSPLUS)
 
 stub: setup  ## write src/omnimorph/_core.pyi, what type checkers know of the compiled module
 	$(BIN)/python -m nanobind.stubgen --quiet -m omnimorph._core -o src/omnimorph/_core.pyi

@@ -1,4 +1,5 @@
-// Compiled once for each rotor count (OMNIMORPH_ROTORS; 0 counts at run time) and instruction set: see batch_groups.hpp.
+// Compiled once for each rotor count (OMNIMORPH_ROTORS; 0 counts at run time) and instruction set: see
+// batch_groups.hpp.
 #include "batch_groups.hpp"
 
 namespace omnimorph::python::OMNIMORPH_SIMD {

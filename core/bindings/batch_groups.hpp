@@ -1,5 +1,5 @@
-// How a batch flies one group of vehicles, behind one face for every rotor count; each count is compiled in a file of its own,
-// and all of them once for each instruction set (OMNIMORPH_SIMD names it), in a module of its own.
+// How a batch flies one group of vehicles, behind one face for every rotor count; each count is compiled in a file of
+// its own, and all of them once for each instruction set (OMNIMORPH_SIMD names it), in a module of its own.
 #pragma once
 
 #include "omnimorph/flight/batch.hpp"

@@ -21,8 +21,8 @@ inline void expect_times(long steps, int control_every, bool is_recorded) {
     if (is_recorded && steps > most_recorded) throw nb::value_error("a flight that is recorded has at most 2^31 steps");
 }
 
-/// The columns of a run. A flight writes into them through plain pointers, so they belong to it and not to Python, which
-/// gets arrays that it can read and that keep them alive.
+/// The columns of a run. A flight writes into them through plain pointers, so they belong to it and not to Python,
+/// which gets arrays that it can read and that keep them alive.
 class RunColumns {
   public:
     RunColumns(std::size_t rows, int n, int m) : rows_(rows), n_(n), m_(m) {

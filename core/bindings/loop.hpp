@@ -1,4 +1,5 @@
-// The controller, the plant and the flight behind one face for every rotor count; each count is compiled in a file of its own.
+// The controller, the plant and the flight behind one face for every rotor count; each count is compiled in a file of
+// its own.
 #pragma once
 
 #include <memory>

@@ -31,17 +31,17 @@ class RecordReader {
   public:
     RecordReader(int n, int m, Tables& tables) : n_(n), m_(m), tables_(tables) {}
 
-    /// Every field of a record from a dict, which has no others; a record with a field `active` may be left out, and is not.
+    /// Every field of a record from a dict, which has no others; a record with a field `active` may be left out, and is
+    /// not.
     template <class Record> void read(Record& record, const nb::dict& dict, const std::string& place) {
         std::set<std::string> known;
         for_each_field(record, [&](const auto& field, auto& member) {
             using Member = std::decay_t<decltype(member)>;
             if constexpr (fields::is_list<Member>) {
-                std::apply(
-                    [&](auto&... one) {
-                        (known.insert(one.name), ...), (read_if_there(one, dict, one.name, place), ...);
-                    },
-                    member);
+                for_each(member, [&](auto& one) {
+                    known.insert(one.name);
+                    read_if_there(one, dict, one.name, place);
+                });
             } else if (!field.is_derived) {
                 known.insert(field.name);
                 read_field(member, dict, field.name, place);

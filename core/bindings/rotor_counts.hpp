@@ -1,5 +1,5 @@
-// The rotor counts for which the loop is compiled on its own, OMNIMORPH_ROTOR_COUNTS, as CMakeLists.txt lists them; 0, the
-// last of them, counts at run time.
+// The rotor counts for which the loop is compiled on its own, OMNIMORPH_ROTOR_COUNTS, as CMakeLists.txt lists them; 0,
+// the last of them, counts at run time.
 #pragma once
 
 #include <type_traits>

@@ -1,6 +1,6 @@
-// Exponential, logarithm, arc tangent and arc cosine against the long double functions of the C library, over the ranges in
-// which a flight needs them and at their edges, and in the lanes of packs against one lane. Exits 0 if no value is further off
-// than four units in the last place, and none differs in a lane.
+// Exponential, logarithm, arc tangent and arc cosine against the long double functions of the C library, over the
+// ranges in which a flight needs them and at their edges, and in the lanes of packs against one lane. Exits 0 if no
+// value is further off than four units in the last place, and none differs in a lane.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>

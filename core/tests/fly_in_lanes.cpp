@@ -1,7 +1,7 @@
-// One text for every number type: the controller with each of its rules, position first or not, and the plant with every effect on, fly in the
-// lanes of a pack as they do alone, in single precision, and with the rotors counted at run time. Exits 0 if after two
-// seconds each lane is its flight alone to the last bit, which holds where products and sums are rounded one by one
-// (-ffp-contract=off).
+// One text for every number type: the controller with each of its rules, position first or not, and the plant with
+// every effect on, fly in the lanes of a pack as they do alone, in single precision, and with the rotors counted at run
+// time. Exits 0 if after two seconds each lane is its flight alone to the last bit, which holds where products and sums
+// are rounded one by one (-ffp-contract=off).
 #include <cstdio>
 #include <cstdlib>
 
@@ -19,8 +19,11 @@ PlantSettings<double, paper::rotors> worn_plant(const Vehicle<double, paper::rot
     plant.integrator = integrator;
     plant.delay = {true, 3};
     plant.rotor_momentum.active = plant.interference.active = true;
-    auto& [limits, dead_band, rotor_lag] = plant.rotor_laws;
-    auto& [servo_lag, servo_rate_limit] = plant.servo_laws;
+    auto& limits = get<SpeedLimits<double, paper::rotors>>(plant.rotor_laws);
+    auto& dead_band = get<DeadBand<double, paper::rotors>>(plant.rotor_laws);
+    auto& rotor_lag = get<RotorLag<double, paper::rotors>>(plant.rotor_laws);
+    auto& servo_lag = get<ServoLag<double>>(plant.servo_laws);
+    auto& servo_rate_limit = get<ServoRateLimit<double>>(plant.servo_laws);
     limits.active = dead_band.active = rotor_lag.active = servo_lag.active = servo_rate_limit.active = true;
     for (int i = 0; i < paper::rotors; ++i) {
         plant.effectiveness[i] = 0.95 + 0.01 * (i % 3);
@@ -33,11 +36,10 @@ PlantSettings<double, paper::rotors> worn_plant(const Vehicle<double, paper::rot
     dead_band.reversal_time = 0.005;
     servo_lag.time_constant[0] = 0.02;
     servo_rate_limit.rate[0] = vehicle.rate_max[0];
-    auto& [constant, sine, profile] = plant.forces;
-    constant = {true, {{0.2, 0, 0.1, 0, 0.001, 0}}};
-    sine = {true, {{0.1, 0.1, 0, 0, 0, 0.002}}, 3, 0};
+    get<ConstantWrench<double>>(plant.forces) = {true, {{0.2, 0, 0.1, 0, 0.001, 0}}};
+    get<SineWrench<double>>(plant.forces) = {true, {{0.1, 0.1, 0, 0, 0, 0.002}}, 3, 0};
     static const double rows[] = {0, 0, 0, 0, 0, 0, 0, 1, 0.05, 0, 0, 0, 0, 0};
-    profile = {true, {rows, 14}};
+    get<WrenchProfile<double>>(plant.forces) = {true, {rows, 14}};
     return plant;
 }
 
@@ -52,15 +54,16 @@ const Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
                       {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
                       {"thrusts and tilt jointly", JointTilt<double>{0}}};
 
-/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 + k.
+/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 +
+/// k.
 template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t number) {
     const auto vehicle = paper::vehicle();
     auto controller = paper::case_b(vehicle, every * paper::step);
     controller.allocation.rule = rule.rule;
     if (rule.position_first) controller.tracking.position_first = {true, 0.05, 0, 0};
     auto settings = paper::loop(controller, worn_plant(vehicle, integrator), every);
-    settings.sensors = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
-    settings.estimator.cutoff = {{0, 0, 150, 150}};
+    get<MeasurementNoise<double>>(settings.sensors) = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
+    std::get<LowPass<double>>(settings.estimator).cutoff = {{0, 0, 150, 150}};
     derive(settings);
     const auto segments = paper::flight();
     const auto flight =

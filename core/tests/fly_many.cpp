@@ -1,6 +1,7 @@
-// Many flights at once, each with its own mass, lag, wakes, noise and start, in lanes and threads: every flight gives the numbers
-// it gives alone, to the last bit, also beside flights that are lost or whose numbers overflow. Exits 0 if so, and if two pools
-// of threads agree, and one that is to stop does. (Products and sums are rounded one by one, -ffp-contract=off.)
+// Many flights at once, each with its own mass, lag, wakes, noise and start, in lanes and threads: every flight gives
+// the numbers it gives alone, to the last bit, also beside flights that are lost or whose numbers overflow. Exits 0 if
+// so, and if two pools of threads agree, and one that is to stop does. (Products and sums are rounded one by one,
+// -ffp-contract=off.)
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -29,12 +30,12 @@ LoopSettings<double, 0> settings() {
     auto plant = paper::perfect_plant(vehicle);
     plant.delay = {true, 3};
     plant.interference.active = plant.rotor_momentum.active = true;
-    std::get<0>(plant.forces).active = true;
-    auto& lag = std::get<2>(plant.rotor_laws);
+    get<ConstantWrench<double>>(plant.forces).active = true;
+    auto& lag = get<RotorLag<double, rotors>>(plant.rotor_laws);
     lag.active = true;
     for (int i = 0; i < rotors; ++i) lag.up[i] = lag.down[i] = 0.02;
     auto s = paper::loop(paper::case_b(vehicle, every * paper::step), plant, every);
-    s.sensors = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
+    get<MeasurementNoise<double>>(s.sensors) = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
     return convert<LoopSettings<double, 0>>(s);
 }
 
@@ -72,13 +73,13 @@ BatchParts parts_of(Flown& flown) {
                      flown.sums.data(),
                      flown.status.data(),
                      flown.last_step.data()};
-    const auto& lag = std::get<2>(s.plant.rotor_laws);
+    const auto& lag = get<RotorLag<double, 0>>(s.plant.rotor_laws);
     parts.varied = {varied(s, s.plant.vehicle.mass, 1, flown.mass),
                     varied(s, lag.up, rotors, flown.rotor_lag),
                     varied(s, lag.down, rotors, flown.rotor_lag),
-                    varied(s, s.sensors.deviation, 4, flown.noise),
+                    varied(s, get<MeasurementNoise<double>>(s.sensors).deviation, 4, flown.noise),
                     varied(s, s.plant.effectiveness, rotors, flown.effectiveness),
-                    varied(s, std::get<0>(s.plant.forces).constant, 6, flown.wrench),
+                    varied(s, get<ConstantWrench<double>>(s.plant.forces).constant, 6, flown.wrench),
                     varied(s, s.start.motion.p, 3, flown.position)};
     return parts;
 }

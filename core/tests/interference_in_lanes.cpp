@@ -1,6 +1,7 @@
-// Interference in the lanes of a pack, and with the rotors counted at run time, is what it is alone: random speeds and tilts,
-// rotors at rest and both models, on a column of three rotors, each with a servo of its own, beside one that stands apart.
-// Exits 0 if every share of thrust agrees to the last bit (which holds with -ffp-contract=off) and lies from 0 to 1.
+// Interference in the lanes of a pack, and with the rotors counted at run time, is what it is alone: random speeds and
+// tilts, rotors at rest and both models, on a column of three rotors, each with a servo of its own, beside one that
+// stands apart. Exits 0 if every share of thrust agrees to the last bit (which holds with -ffp-contract=off) and lies
+// from 0 to 1.
 #include <cstdio>
 #include <cstdlib>
 #include <random>

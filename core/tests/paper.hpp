@@ -1,4 +1,5 @@
-// The paper's vehicle, its two cases and the 45 s flight, written out in C++ (the TOML files of the package say the same).
+// The paper's vehicle, its two cases and the 45 s flight, written out in C++ (the TOML files of the package say the
+// same).
 #pragma once
 
 #include <vector>

@@ -20,6 +20,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 MOST_LINES_OF_A_FILE = 400
 MOST_LINES_OF_A_FUNCTION = 60  # without its docstring: what fits on a screen
+MOST_COLUMNS_OF_THE_CORE = 120  # characters; clang-format leaves comments as they are
 
 
 def shown(path: Path) -> str:
@@ -98,7 +99,14 @@ def test_no_test_skips_or_pretends() -> None:
 
 
 def test_headers_are_there() -> None:
-    assert ROOT / "core" / "include" / "omnimorph" / "plant.hpp" in HEADERS
+    assert ROOT / "core" / "include" / "omnimorph" / "plant" / "plant.hpp" in HEADERS
+
+
+@pytest.mark.parametrize("path", CPLUSPLUS, ids=shown)
+def test_lines_of_the_core_are_short_enough_to_read(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
+    long = [number for number, line in enumerate(lines, 1) if len(line) > MOST_COLUMNS_OF_THE_CORE]
+    assert long == []
 
 
 @pytest.mark.parametrize("path", HEADERS, ids=shown)

@@ -113,15 +113,15 @@ class PlantModel(Record):
             "step": self.physics_step,
             "integrator": self.integrator,
         }
-        sensing: dict[str, Any] = {"estimator": {"cutoff": np.zeros(4)}}
-        build = PlantBuild(plant, sensing, truth, self.control_period, self.physics_step)
+        sensors: dict[str, Any] = {"estimator": ("low-pass", {"cutoff": np.zeros(4)})}
+        build = PlantBuild(plant, sensors, truth, self.control_period, self.physics_step)
         for effect in self.effects:
             effect.add_to(build)
         periods = {
             "control_every": control_steps(self),
             "control_period": self.control_period,
         }
-        return {"plant": plant} | sensing | periods
+        return {"plant": plant} | sensors | periods
 
 
 def control_steps(plant: PlantModel) -> int:

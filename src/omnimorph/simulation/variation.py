@@ -174,7 +174,8 @@ class Variation:
                 for way, tau in fields["plant"]["rotor-lag"].items():
                     rows[f"plant.rotor-lag.{way}"] = tau * factor
             elif name == "noise":
-                rows["sensors.deviation"] = fields["sensors"]["deviation"] * factor
+                deviation = fields["measurement-noise"]["deviation"]
+                rows["measurement-noise.deviation"] = deviation * factor
         if "force" in self.drawn or "torque" in self.drawn:
             nothing = np.zeros((self.flights, 3))
             push = np.hstack([self.drawn.get(name, nothing) for name in ("force", "torque")])

@@ -1,9 +1,9 @@
 // Position first: where a vehicle cannot push sideways enough in the desired attitude, the attitude gives way.
 //
 // A vehicle makes forces f with |f - (f·z) z| <= r about its body axis z: r is 0 for parallel rotors. So the force that
-// the trajectory asks for must lie within asin(r / |f|) of z. If the desired attitude does not do that, it is turned about
-// z x f, by as little as is needed (A. Franchi, R. Carli, D. Bicego, M. Ryll, "Full-pose tracking control for aerial
-// robotic systems with laterally bounded input force", IEEE Trans. Robotics 34, 2018).
+// the trajectory asks for must lie within asin(r / |f|) of z. If the desired attitude does not do that, it is turned
+// about z x f, by as little as is needed (A. Franchi, R. Carli, D. Bicego, M. Ryll, "Full-pose tracking control for
+// aerial robotic systems with laterally bounded input force", IEEE Trans. Robotics 34, 2018).
 #pragma once
 
 #include "tracking.hpp"

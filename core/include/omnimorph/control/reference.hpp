@@ -1,4 +1,5 @@
-// Where it should go: minimum-jerk segments on position and attitude, evaluated on the fly, or samples of any reference.
+// Where it should go: minimum-jerk segments on position and attitude, evaluated on the fly, or samples of any
+// reference.
 #pragma once
 
 #include "../math/so3.hpp"
@@ -50,8 +51,8 @@ template <class T> OMNIMORPH_FN Desired<T> cast(const Desired<double>& d) {
     return {cast<T>(d.p), cast<T>(d.v), cast<T>(d.R), cast<T>(d.w), cast<T>(d.a), cast<T>(d.dw)};
 }
 
-/// A reference for one flight, in tables of someone else. Segments hold still before the first and after the last; samples
-/// are one row of p, R, v, w, a, dw (24 numbers) for each physics step, and count instead if there are any.
+/// A reference for one flight, in tables of someone else. Segments hold still before the first and after the last;
+/// samples are one row of p, R, v, w, a, dw (24 numbers) for each physics step, and count instead if there are any.
 struct Reference {
     const Segment* segments = nullptr;
     long n_segments = 0;

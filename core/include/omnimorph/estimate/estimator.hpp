@@ -1,68 +1,65 @@
-// The estimator: from what the sensors read to what the controller takes for true.
+// The estimator: from what the sensors read to what the controller takes for true. Each is a record with a state of its
+// own; a new one is a line here.
 #pragma once
 
-#include "sensors.hpp"
+#include "low_pass.hpp"
 
 namespace omnimorph {
+
+template <class T> using Estimator = std::variant<LowPass<T>>;
 
 /// What the controller knows of the vehicle.
 template <class T> struct Estimate {
     Motion<T> motion;
 };
 
-/// First-order low-pass filters, n_f <- n_f + gain (n - n_f), as a vehicle's state estimator has them; they follow the motion
-/// itself without lag, so that only the errors of the sensors pass through them. Without a cutoff an error passes as it is.
-template <class T> struct LowPass {
-    Vec<T, 4> cutoff{};  // rad/s, of position, velocity, attitude and body rate; 0 for none
-    Vec<T, 4> gain{};    // 1 - e^(-period cutoff)
+namespace estimator {
 
-    static constexpr auto fields() {
-        return std::make_tuple(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));
-    }
+template <class Choice> struct StatesOf;
+template <class... Each> struct StatesOf<std::variant<Each...>> {
+    using Type = Records<typename Each::State...>;
 };
 
-OMNIMORPH_FN void derive(LowPass<double>& filter, double control_period) {
-    for (int k = 0; k < 4; ++k)
-        filter.gain[k] = filter.cutoff[k] > 0 ? 1.0 - std::exp(-control_period * filter.cutoff[k]) : 1.0;
-}
+}  // namespace estimator
 
-/// The filters' outputs, and the first control step whose errors they have not had.
-template <class T> struct LowPassState {
-    Vec<T, 12> filtered = Vec<T, 12>::zero();
+/// The states of all kinds of estimators, and the first control step whose measurement they have not had.
+template <class T> struct EstimatorState {
+    typename estimator::StatesOf<Estimator<T>>::Type states;
     std::uint32_t next_step = 0;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("filtered", &LowPassState::filtered),
-                               field("next_step", &LowPassState::next_step));
+        return std::make_tuple(field("states", &EstimatorState::states),
+                               field("next_step", &EstimatorState::next_step));
     }
 };
 
-/// The motion, a little off: by three numbers each in p, v, R exp([n]x) and w.
-template <class T> OMNIMORPH_FN Motion<T> with_error(const Motion<T>& motion, const Vec<T, 12>& error) {
-    const auto part = [&](int kind) { return Vec3<T>{{error[3 * kind], error[3 * kind + 1], error[3 * kind + 2]}}; };
-    return {motion.p + part(0), motion.v + part(1), motion.R * exp_so3(part(2)), motion.w + part(3)};
-}
-
-/// The estimate after a measurement; one that was had already changes no filter.
+/// The estimate after a measurement; one that was had already changes nothing.
 template <class T>
-OMNIMORPH_FN Estimate<T> estimate(const LowPass<T>& filter, const Measurement<T>& measured, LowPassState<T>& state) {
+OMNIMORPH_FN Estimate<T> estimate(const Estimator<T>& settings, const Measurement<T>& measured,
+                                  EstimatorState<T>& state) {
     if (!measured.has_error) return {measured.motion};
-    if (measured.control_step >= state.next_step) {
-        for (int c = 0; c < 12; ++c) state.filtered[c] += filter.gain[c / 3] * (measured.error[c] - state.filtered[c]);
-        state.next_step = measured.control_step + 1;
-    }
-    return {with_error(measured.motion, state.filtered)};
+    return std::visit(
+        [&](const auto& estimator) -> Estimate<T> {
+            auto& own = get<typename std::decay_t<decltype(estimator)>::State>(state.states);
+            if (measured.control_step >= state.next_step) {
+                estimator.update(measured, own);
+                state.next_step = measured.control_step + 1;
+            }
+            return {estimator.motion(measured, own)};
+        },
+        settings);
 }
 
-/// The estimate in a control step that someone asks for who may have left some out, or asks again: the errors of each step
-/// pass through the filters once.
+/// The estimate in a control step that someone asks for who may have left some out, or asks again: the measurement of
+/// each step is taken in once.
 template <class T>
-OMNIMORPH_FN Estimate<T> estimate_in_step(const MeasurementNoise<T>& sensors, const LowPass<T>& filter,
+OMNIMORPH_FN Estimate<T> estimate_in_step(const Sensors<T>& sensors, const Estimator<T>& settings,
                                           const Motion<T>& motion, NoiseKey first, std::uint32_t control_step,
-                                          LowPassState<T>& state) {
-    if (sensors.active)
-        while (state.next_step < control_step) estimate(filter, sense(sensors, motion, first, state.next_step), state);
-    return estimate(filter, sense(sensors, motion, first, control_step), state);
+                                          EstimatorState<T>& state) {
+    if (has_error(sensors))
+        while (state.next_step < control_step)
+            estimate(settings, sense(sensors, motion, first, state.next_step), state);
+    return estimate(settings, sense(sensors, motion, first, control_step), state);
 }
 
 }  // namespace omnimorph

@@ -1,7 +1,7 @@
 // Many flights at once: as many side by side as a register has lanes, and groups of them in every thread.
 //
-// A thread takes the next group, flies it from beginning to end, and takes another: the whole of a group stays in the cache
-// of one core, whatever the number of flights. What a flight gives depends neither on its lane nor on its thread.
+// A thread takes the next group, flies it from beginning to end, and takes another: the whole of a group stays in the
+// cache of one core, whatever the number of flights. What a flight gives depends neither on its lane nor on its thread.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,8 @@
 
 namespace omnimorph {
 
-/// One thing in which flights differ: `width` numbers of the settings, `at` from their beginning on, a row for each flight.
+/// One thing in which flights differ: `width` numbers of the settings, `at` from their beginning on, a row for each
+/// flight.
 struct Varied {
     std::ptrdiff_t at;
     int width;
@@ -65,7 +66,8 @@ inline LoopSettings<double, 0> settings_of(const BatchParts& parts, long k) {
     return settings;
 }
 
-/// Fly the flights from `first` on that fit into the lanes of T, to their ends or until `stop`; what came of them goes to `parts`.
+/// Fly the flights from `first` on that fit into the lanes of T, to their ends or until `stop`; what came of them goes
+/// to `parts`.
 template <class T, int N> void fly_group(const BatchParts& parts, long first, const std::atomic<bool>& stop) {
     constexpr int lanes = lane_count<T>;
     const auto settings = std::make_unique<LoopSettings<T, N>>(convert<LoopSettings<T, N>>(parts.settings));
@@ -113,7 +115,8 @@ class ThreadPool {
     /// Ask for an end: what is in the air is given up.
     void stop() { stop_ = true; }
 
-    /// Wait for the end, but not longer than so many seconds; true if all threads are done. What went wrong in one is thrown.
+    /// Wait for the end, but not longer than so many seconds; true if all threads are done. What went wrong in one is
+    /// thrown.
     bool wait(double seconds) {
         std::unique_lock<std::mutex> lock(mutex_);
         const bool done =

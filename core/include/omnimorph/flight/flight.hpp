@@ -1,4 +1,5 @@
-// A flight from its beginning to its end: the loop, stepped along a reference, judged and recorded in every physics step.
+// A flight from its beginning to its end: the loop, stepped along a reference, judged and recorded in every physics
+// step.
 #pragma once
 
 #include <memory>
@@ -14,10 +15,11 @@ struct FlightLimits {
     NoiseKey noise;      // of the vehicle in lane 0
 };
 
-/// Flights of as many vehicles as T has lanes, side by side: one, if T is a scalar. They share the reference and the times;
-/// those in the lanes after the first are the flights that follow.
+/// Flights of as many vehicles as T has lanes, side by side: one, if T is a scalar. They share the reference and the
+/// times; those in the lanes after the first are the flights that follow.
 ///
-/// A vehicle whose flight has ended is parked where the reference is, and the others fly on; what it does is not recorded.
+/// A vehicle whose flight has ended is parked where the reference is, and the others fly on; what it does is not
+/// recorded.
 template <class T, int N> class Flight {
   public:
     static constexpr int vehicles = lane_count<T>;
@@ -52,7 +54,8 @@ template <class T, int N> class Flight {
         find_flying();
     }
 
-    /// The motion as the controller knows it in this control step; asked again, or not in every step, it stays the same.
+    /// The motion as the controller knows it in this control step; asked again, or not in every step, it stays the
+    /// same.
     Motion<T> measure() {
         return estimate_in_step(loop_.sensors, loop_.estimator, x_.plant.motion, loop_.noise, control_step(loop_, x_),
                                 x_.estimator)
@@ -74,8 +77,8 @@ template <class T, int N> class Flight {
     const Mask<T>& flying() const { return flying_; }
     bool is_over() const { return !any(flying_); }
 
-    /// Fly on for at most `most_steps` physics steps with the controller of the core; `watch` sees each row before it is
-    /// judged.
+    /// Fly on for at most `most_steps` physics steps with the controller of the core; `watch` sees each row before it
+    /// is judged.
     template <class Watch> void advance(long most_steps, Watch&& watch) {
         for (long k = 0; k < most_steps && !is_over(); ++k) {
             const Desired<T> now = desired();
@@ -179,8 +182,8 @@ template <class T, int N> class Flight {
         }
     }
 
-    /// Give the vehicles whose flight has ended numbers that trouble no one: nothing of a lane reaches another, but what is
-    /// solved in many steps takes as many for all.
+    /// Give the vehicles whose flight has ended numbers that trouble no one: nothing of a lane reaches another, but
+    /// what is solved in many steps takes as many for all.
     void park(const Desired<T>& now) {
         const auto back = [&](T& x, const T& to) { x = select(flying_, x, to); };
         Motion<T>& motion = x_.plant.motion;

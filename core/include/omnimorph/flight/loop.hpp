@@ -2,8 +2,8 @@
 //
 //     sense -> estimate -> track -> allocate -> actuate -> forces -> move
 //
-// Each stage is a settings record and a free function, some with a state. The state of a flight is one plain value: copied, it
-// is a branch of the flight; stored, it can be gone on with.
+// Each stage is a settings record and a free function, some with a state. The state of a flight is one plain value:
+// copied, it is a branch of the flight; stored, it can be gone on with.
 #pragma once
 
 #include "settings.hpp"
@@ -23,7 +23,7 @@ template <class X, class T> struct PerLane {
 template <class T, int N> struct FlightState {
     long step = 0;  // of physics
     PlantState<T, N> plant;
-    LowPassState<T> estimator;
+    EstimatorState<T> estimator;
     TrackingState<T> tracking;
     Allocation<T, N> decided;     // in the last control step; its command is the last that was sent
     bool decided_outside = true;  // by someone who gives commands alone
@@ -47,8 +47,8 @@ template <class T, int N> struct StepMemory {
 
 /// The stages, ready to step: their settings and what follows from them.
 template <class T, int N> struct Loop {
-    MeasurementNoise<T> sensors;
-    LowPass<T> estimator;
+    Sensors<T> sensors;
+    Estimator<T> estimator;
     TrackingSettings<T> tracking;
     AllocationSettings<T, N> allocation;
     AllocationProblem<T, N> problem;
@@ -116,8 +116,8 @@ OMNIMORPH_FN void move(const Loop<T, N>& loop, const Vec6<T>& push, FlightState<
     ++x.step;
 }
 
-/// One step of the whole loop: a decision, where one is due, and a physics step under a push from outside. Between the two
-/// `goes_on` sees what was decided, and may end it there.
+/// One step of the whole loop: a decision, where one is due, and a physics step under a push from outside. Between the
+/// two `goes_on` sees what was decided, and may end it there.
 template <class T, int N, class GoesOn>
 OMNIMORPH_FN void step(const Loop<T, N>& loop, const Desired<T>& desired, const Vec6<T>& push, FlightState<T, N>& x,
                        StepMemory<T, N>& memory, GoesOn&& goes_on) {

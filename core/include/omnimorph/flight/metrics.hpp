@@ -1,5 +1,5 @@
-// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number means and
-// makes the metrics of these sums.
+// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number
+// means and makes the metrics of these sums.
 #pragma once
 
 #include "flight.hpp"
@@ -125,7 +125,8 @@ template <class T, int N> class FlightMetrics {
         sums_.last_angle.add(counted(angle));
     }
 
-    /// Drag over the step that ended here; the energy that it took to spin up, of which slowing down gives nothing back.
+    /// Drag over the step that ended here; the energy that it took to spin up, of which slowing down gives nothing
+    /// back.
     void add_rotors(const Actuators<T, N>& actuators, const Vehicle<T, N>& truth, bool first) {
         T power = T(0), gained = T(0), fastest = T(0);
         for (int i = 0; i < n_; ++i) {

@@ -39,8 +39,8 @@ template <class T, int N> struct FlightStart {
 
 template <class T, int N> struct LoopSettings {
     ControllerSettings<T, N> controller;
-    MeasurementNoise<T> sensors;
-    LowPass<T> estimator;
+    Sensors<T> sensors;
+    Estimator<T> estimator;
     PlantSettings<T, N> plant;
     FlightStart<T, N> start;
     int control_every = 1;      // physics steps between control steps
@@ -57,7 +57,7 @@ template <class T, int N> struct LoopSettings {
 /// Set what follows from the other fields.
 template <int N> void derive(LoopSettings<double, N>& s) {
     derive(s.controller);
-    derive(s.estimator, s.control_period);
+    std::visit([&](auto& estimator) { estimator.derive(s.control_period); }, s.estimator);
     derive(s.plant);
 }
 

@@ -13,7 +13,7 @@ template <class T, int N> class SimulatedPlant {
     SimulatedPlant(const LoopSettings<T, N>& s, NoiseKey noise)
         : plant_(s.plant),
           sensors_(s.sensors),
-          filter_(s.estimator),
+          settings_(s.estimator),
           noise_(noise),
           control_every_(s.control_every),
           command_(s.start.command) {
@@ -30,7 +30,7 @@ template <class T, int N> class SimulatedPlant {
     /// The motion as a controller knows it in this control step.
     Motion<T> measure() {
         const auto now = static_cast<std::uint32_t>(step_ / control_every_);
-        return estimate_in_step(sensors_, filter_, state_.motion, noise_, now, estimator_).motion;
+        return estimate_in_step(sensors_, settings_, state_.motion, noise_, now, estimator_).motion;
     }
 
     void send(const Command<T, N>& command) {
@@ -55,13 +55,13 @@ template <class T, int N> class SimulatedPlant {
     const Command<T, N>& in_force() { return delay_line_ != nullptr ? delay_line_->arrived(step_) : command_; }
 
     Plant<T, N> plant_;
-    MeasurementNoise<T> sensors_;
-    LowPass<T> filter_;
+    Sensors<T> sensors_;
+    Estimator<T> settings_;
     NoiseKey noise_;
     int control_every_;
     long step_ = 0;
     PlantState<T, N> state_;
-    LowPassState<T> estimator_;
+    EstimatorState<T> estimator_;
     Command<T, N> command_;
     std::unique_ptr<DelayLine<T, N>> delay_line_;
 };

@@ -1,6 +1,7 @@
-// Exponential, logarithm, arc tangent and arc cosine of any number, written once: the same text for one lane and for many, so
-// that a flight does not depend on what flies beside it. Each is brought to a short interval, where a Taylor series is short
-// (W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980), and is good to a few units in the last place.
+// Exponential, logarithm, arc tangent and arc cosine of any number, written once: the same text for one lane and for
+// many, so that a flight does not depend on what flies beside it. Each is brought to a short interval, where a Taylor
+// series is short (W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980), and is good to a few
+// units in the last place.
 #pragma once
 
 #include "number.hpp"

@@ -19,6 +19,7 @@
 #include <variant>
 
 #include "number.hpp"
+#include "records.hpp"
 
 namespace omnimorph {
 
@@ -46,7 +47,7 @@ namespace fields {
 
 /// Converts to anything, in an operand that is never evaluated.
 struct Anything {
-    template <class X> constexpr operator X() const noexcept;
+    template <class X> operator X() const;
 };
 template <class Record, class Places, class = void> struct HasMembers : std::false_type {};
 template <class Record, std::size_t... I>
@@ -78,11 +79,11 @@ template <class X> constexpr auto& elements_of(X& x) {
     }
 }
 
-/// Records of a kind each, all of them there (std::tuple), or one of them (std::variant).
+/// Records of different kinds, all of them there, or one of them.
 template <class X> inline constexpr bool is_list = false;
-template <class... Records> inline constexpr bool is_list<std::tuple<Records...>> = true;
+template <class... Each> inline constexpr bool is_list<Records<Each...>> = true;
 template <class X> inline constexpr bool is_choice = false;
-template <class... Records> inline constexpr bool is_choice<std::variant<Records...>> = true;
+template <class... Each> inline constexpr bool is_choice<std::variant<Each...>> = true;
 
 template <class Record> constexpr void expect_every_member() {
     static_assert(member_count<Record>() == std::tuple_size_v<decltype(Record::fields())>,
@@ -109,9 +110,10 @@ void for_each_number_of_records(X& x, const Y& y, Visit&& visit, std::index_sequ
     [[maybe_unused]] constexpr auto of_y = Y::fields();
     (for_each_number(x.*std::get<I>(of_x).place, y.*std::get<I>(of_y).place, visit), ...);
 }
-template <class X, class Y, class Visit, std::size_t... I>
-void for_each_number_of_lists(X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
-    (for_each_number(std::get<I>(x), std::get<I>(y), visit), ...);
+template <class Visit> void for_each_number_of_lists(Records<>&, const Records<>&, Visit&&) {}
+template <class X, class Y, class Visit> void for_each_number_of_lists(X& x, const Y& y, Visit&& visit) {
+    for_each_number(x.first, y.first, visit);
+    for_each_number_of_lists(x.rest, y.rest, visit);
 }
 template <std::size_t I, class X, class Y, class Visit> void for_each_number_of_one(X& x, const Y& y, Visit&& visit) {
     if (y.index() != I) return;
@@ -137,10 +139,12 @@ void for_each_leaf_of_record(const std::string& path, X& x, const Y& y, Visit&& 
     };
     (one(std::get<I>(X::fields()), std::get<I>(Y::fields())), ...);
 }
-template <class X, class Y, class Visit, std::size_t... I>
-void for_each_leaf_of_list(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
+template <class Visit> void for_each_leaf_of_list(const std::string&, const Records<>&, const Records<>&, Visit&&) {}
+template <class X, class Y, class Visit>
+void for_each_leaf_of_list(const std::string& path, X& x, const Y& y, Visit&& visit) {
     const std::string beside = path.empty() ? "" : path + ".";
-    (for_each_leaf(beside + std::tuple_element_t<I, X>::name, std::get<I>(x), std::get<I>(y), visit), ...);
+    for_each_leaf(beside + x.first.name, x.first, y.first, visit);
+    for_each_leaf_of_list(path, x.rest, y.rest, visit);
 }
 template <class X, class Y, class Visit, std::size_t... I>
 void for_each_leaf_of_choice(const std::string& path, X& x, const Y& y, Visit&& visit, std::index_sequence<I...>) {
@@ -154,8 +158,8 @@ void for_each_leaf_of_choice(const std::string& path, X& x, const Y& y, Visit&& 
 
 }  // namespace fields
 
-/// visit(path, x, y) for everything in a record that is a number or an array of them, and its like in another: `path` joins
-/// the names of the fields by dots. What is derived is left out; a list of records adds no name of its own.
+/// visit(path, x, y) for everything in a record that is a number or an array of them, and its like in another: `path`
+/// joins the names of the fields by dots. What is derived is left out; a list of records adds no name of its own.
 template <class X, class Y, class Visit> void for_each_leaf(const std::string& path, X& x, const Y& y, Visit&& visit) {
     using Plain = std::remove_const_t<X>;
     if constexpr (fields::is_record<Plain>) {
@@ -163,7 +167,7 @@ template <class X, class Y, class Visit> void for_each_leaf(const std::string& p
         constexpr std::size_t count = std::tuple_size_v<decltype(Plain::fields())>;
         fields::for_each_leaf_of_record(path, x, y, visit, std::make_index_sequence<count>());
     } else if constexpr (fields::is_list<Plain>) {
-        fields::for_each_leaf_of_list(path, x, y, visit, std::make_index_sequence<std::tuple_size_v<Plain>>());
+        fields::for_each_leaf_of_list(path, x, y, visit);
     } else if constexpr (fields::is_choice<Plain>) {
         fields::for_each_leaf_of_choice(path, x, y, visit, std::make_index_sequence<std::variant_size_v<Plain>>());
     } else {
@@ -171,15 +175,15 @@ template <class X, class Y, class Visit> void for_each_leaf(const std::string& p
     }
 }
 
-/// visit(x, y) for every number of one record and its like in another, which may be of other numbers or hold another count
-/// of rotors: arrays go together as far as both reach.
+/// visit(x, y) for every number of one record and its like in another, which may be of other numbers or hold another
+/// count of rotors: arrays go together as far as both reach.
 template <class X, class Y, class Visit> void for_each_number(X& x, const Y& y, Visit&& visit) {
     if constexpr (fields::is_record<X>) {
         fields::expect_every_member<X>();
         constexpr std::size_t count = std::tuple_size_v<decltype(X::fields())>;
         fields::for_each_number_of_records(x, y, visit, std::make_index_sequence<count>());
     } else if constexpr (fields::is_list<X>) {
-        fields::for_each_number_of_lists(x, y, visit, std::make_index_sequence<std::tuple_size_v<X>>());
+        fields::for_each_number_of_lists(x, y, visit);
     } else if constexpr (fields::is_choice<X>) {
         fields::for_each_number_of_choices(x, y, visit, std::make_index_sequence<std::variant_size_v<X>>());
     } else if constexpr (fields::is_array<X>) {

@@ -114,9 +114,9 @@ template <class T> OMNIMORPH_FN T max_or_nan(const T& a, const T& b) {
 
 /// sin x and cos x in every lane, for |x| up to about 1e5, to the last bit or two of a double.
 ///
-/// Reduced to [-pi/4, pi/4] in three parts (W. J. Cody, W. Waite, "Software Manual for the Elementary Functions", 1980),
-/// where Taylor's series are short. The same text for one lane and for many, so that a flight does not depend on what
-/// flies beside it.
+/// Reduced to [-pi/4, pi/4] in three parts (W. J. Cody, W. Waite, "Software Manual for the Elementary Functions",
+/// 1980), where Taylor's series are short. The same text for one lane and for many, so that a flight does not depend on
+/// what flies beside it.
 template <class T> OMNIMORPH_FN void sincos(const T& x, T& sine, T& cosine) {
     const T quadrant = nearbyint(x * T(0.63661977236758134308));
     T r = x - quadrant * T(1.57079632673412561417);

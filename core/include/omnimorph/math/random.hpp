@@ -1,4 +1,5 @@
-// Noise that depends only on (seed, flight, step): a counter-based generator, the same wherever and beside whatever it runs.
+// Noise that depends only on (seed, flight, step): a counter-based generator, the same wherever and beside whatever it
+// runs.
 #pragma once
 
 #include <array>
@@ -33,8 +34,8 @@ OMNIMORPH_FN double uniform(std::uint32_t high, std::uint32_t low) {
     return (static_cast<double>(joined) + 0.5) * 0x1p-53;
 }
 
-/// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller). The lanes of T are flights that follow
-/// one another, from `first` on.
+/// Two independent standard normal numbers: pair `pair` of step `step` (Box and Muller). The lanes of T are flights
+/// that follow one another, from `first` on.
 template <class T = double>
 OMNIMORPH_FN std::array<T, 2> standard_normal_pair(NoiseKey first, std::uint32_t step, std::uint32_t pair) {
     T u, v;

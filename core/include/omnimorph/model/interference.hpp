@@ -1,15 +1,16 @@
 // Rotors in line blow on one another: the share of its thrust that a rotor keeps in the wake of the one upstream.
 //
-// Two rotors are stacked if, with nothing tilted, their thrust axes are parallel and one hub lies straight below the other.
-// A wake leaves a rotor against its thrust, so which of the two is upstream depends on the signs of their speeds w: turning
-// the usual way (w > 0) the upper blows on the lower, turning the other way the lower on the upper; thrusting towards or away
-// from each other neither is known to lose anything. theta is the angle between the wake and the line from the upstream hub
-// to the downstream one; it is 0 untilted, and the tilt itself on OmniMorph. The wake arrives with the strength
+// Two rotors are stacked if, with nothing tilted, their thrust axes are parallel and one hub lies straight below the
+// other. A wake leaves a rotor against its thrust, so which of the two is upstream depends on the signs of their speeds
+// w: turning the usual way (w > 0) the upper blows on the lower, turning the other way the lower on the upper;
+// thrusting towards or away from each other neither is known to lose anything. theta is the angle between the wake and
+// the line from the upstream hub to the downstream one; it is 0 untilted, and the tilt itself on OmniMorph. The wake
+// arrives with the strength
 //
 //     kappa = a exp(-(theta / s)^2) |w_up| / |w_down|
 //
-// because momentum theory has the velocity of the wake, and the inflow of the rotor it meets, each grow with its own rotor's
-// speed. It takes away thrust alone: drag torque and power go on with the actual speed.
+// because momentum theory has the velocity of the wake, and the inflow of the rotor it meets, each grow with its own
+// rotor's speed. It takes away thrust alone: drag torque and power go on with the actual speed.
 #pragma once
 
 #include "../math/elementary.hpp"
@@ -19,19 +20,20 @@ namespace omnimorph {
 
 /// How much of its thrust a rotor loses in a wake of strength kappa, and how strong wakes are.
 enum class WakeModel {
-    /// loss = kappa, with a = 0.333 and s = 40 degrees: meets the two published points, 33 % at 0 and 7 % at 50 degrees of
-    /// tilt, all speeds equal (Aboudorra et al. 2024, section on mutual interference). The form of the curve is assumed.
+    /// loss = kappa, with a = 0.333 and s = 40 degrees: meets the two published points, 33 % at 0 and 7 % at 50 degrees
+    /// of tilt, all speeds equal (Aboudorra et al. 2024, section on mutual interference). The form of the curve is
+    /// assumed.
     published,
     /// Blade-element and momentum theory, in units of hover alone: y the thrust, x the inflow through the disc,
     ///
     ///     x (x - kappa) = y,    y = 1 - beta (x - 1),    loss = 1 - y
     ///
-    /// (J. G. Leishman, "Principles of Helicopter Aerodynamics", chapters 2 and 3: T = 2 rho A u (u - V) for an inflow u in an
-    /// outer flow V, and a blade's thrust falls linearly with its inflow). kappa is the wake's velocity V as a share of the
-    /// inflow of hover alone; 1 is full immersion: a developed wake is twice as fast as the inflow that made it on half the
-    /// area, so as fast on average. beta = 0.948 makes that cost 40 %, and a = 0.857, s = 42.02 degrees are then the wakes of
-    /// the published points, 0.857 at 0 and 0.208 at 50 degrees. What follows from the theory is how the loss depends on the
-    /// speeds; all three numbers are calibrated.
+    /// (J. G. Leishman, "Principles of Helicopter Aerodynamics", chapters 2 and 3: T = 2 rho A u (u - V) for an inflow
+    /// u in an outer flow V, and a blade's thrust falls linearly with its inflow). kappa is the wake's velocity V as a
+    /// share of the inflow of hover alone; 1 is full immersion: a developed wake is twice as fast as the inflow that
+    /// made it on half the area, so as fast on average. beta = 0.948 makes that cost 40 %, and a = 0.857, s = 42.02
+    /// degrees are then the wakes of the published points, 0.857 at 0 and 0.208 at 50 degrees. What follows from the
+    /// theory is how the loss depends on the speeds; all three numbers are calibrated.
     blade_element
 };
 
@@ -47,7 +49,8 @@ inline constexpr double beta = 0.948;                       // share of hover th
 
 }  // namespace interference
 
-/// The angle theta of a wake: cos theta = constant + cosine cos(alpha) + sine sin(alpha), with the servo of the rotor upstream.
+/// The angle theta of a wake: cos theta = constant + cosine cos(alpha) + sine sin(alpha), with the servo of the rotor
+/// upstream.
 template <class T> struct WakeCosine {
     int servo;
     T constant, cosine, sine;
@@ -74,7 +77,8 @@ template <class X, int N> struct PerWake {
 
 /// The stacked pairs of a vehicle, found once, and what their wakes cost.
 ///
-/// Lanes share their pairs: those of the vehicle in lane 0. Tilts and speeds, and the numbers of the geometry, may differ.
+/// Lanes share their pairs: those of the vehicle in lane 0. Tilts and speeds, and the numbers of the geometry, may
+/// differ.
 template <class T, int N> class Interference {
   public:
     Interference(const Vehicle<T, N>& vehicle, WakeModel model) : n_(vehicle.n_rotors), model_(model) {
@@ -93,8 +97,8 @@ template <class T, int N> class Interference {
         return out;
     }
 
-    /// The share of its thrust c_f w|w| that each rotor keeps at these speeds (rad/s), 0 to 1. A rotor in several wakes keeps
-    /// the product; that a rotor which loses thrust also blows less is left out.
+    /// The share of its thrust c_f w|w| that each rotor keeps at these speeds (rad/s), 0 to 1. A rotor in several wakes
+    /// keeps the product; that a rotor which loses thrust also blows less is left out.
     PerRotor<T, N> thrust_kept(const PerWake<T, N>& weights, const PerRotor<T, N>& speed) const {
         PerRotor<T, N> kept{};
         for (int i = 0; i < n_; ++i) kept[i] = T(1);

@@ -1,5 +1,5 @@
-// Forces beside the rotors': each is a record with one function, wrench(now), force in W and torque in B at the centre of mass,
-// which the integrator evaluates at its own stages.
+// Forces beside the rotors': each is a record with one function, wrench(now), force in W and torque in B at the centre
+// of mass, which the integrator evaluates at its own stages.
 #pragma once
 
 #include "actuators.hpp"

@@ -1,8 +1,9 @@
 // The plant: actuators with their imperfections, then the forces, then the rigid body, one physics step at a time.
 //
-// The angular state of the integrators is the whole angular momentum in B, L = J w + H, with H = sum I_i k_i w_i z_i that of
-// the spinning rotors (zero unless the effect RotorMomentum is on). dL/dt = tau - w x L then holds the gyroscopic torque, the
-// reaction to spinning up and the torque of tilting a spinning rotor at once, without a derivative of any of them.
+// The angular state of the integrators is the whole angular momentum in B, L = J w + H, with H = sum I_i k_i w_i z_i
+// that of the spinning rotors (zero unless the effect RotorMomentum is on). dL/dt = tau - w x L then holds the
+// gyroscopic torque, the reaction to spinning up and the torque of tilting a spinning rotor at once, without a
+// derivative of any of them.
 #pragma once
 
 #include "rotors.hpp"
@@ -46,7 +47,7 @@ OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command
         const auto pass = [&](const auto& law) {
             if (law.active) aim = law.follow(i, aim, rotor, step);
         };
-        std::apply([&](const auto&... law) { (pass(law), ...); }, plant.settings.rotor_laws);
+        for_each(plant.settings.rotor_laws, pass);
         actuators.speed[i] = aim;
     }
     const Vehicle<T, N>& vehicle = plant.settings.vehicle;
@@ -55,7 +56,7 @@ OMNIMORPH_FN void actuate(const Plant<T, N>& plant, const Command<T, N>& command
         const auto pass = [&](const auto& law) {
             if (law.active) way = law.travel(j, way, step);
         };
-        std::apply([&](const auto&... law) { (pass(law), ...); }, plant.settings.servo_laws);
+        for_each(plant.settings.servo_laws, pass);
         actuators.tilt[j] = clamp(actuators.tilt[j] + way, vehicle.angle_min[j], vehicle.angle_max[j]);
     }
 }
@@ -67,7 +68,7 @@ OMNIMORPH_FN Vec6<T> forces_at(const Plant<T, N>& plant, const Moment<T, N>& now
     const auto add = [&](const auto& force) {
         if (force.active) sum = sum + force.wrench(now);
     };
-    std::apply([&](const auto&... force) { (add(force), ...); }, plant.settings.forces);
+    for_each(plant.settings.forces, add);
     return sum;
 }
 

@@ -1,4 +1,5 @@
-// Something pushes: force in W, torque in B, at the centre of mass. Three terms of the forces, by how they go with time.
+// Something pushes: force in W, torque in B, at the centre of mass. Three terms of the forces, by how they go with
+// time.
 #pragma once
 
 #include "forces.hpp"

@@ -5,8 +5,8 @@
 
 namespace omnimorph {
 
-/// First-order lag on the speed: w' = (w_command - w) / tau, solved exactly over a step, w <- w_c + (w - w_c) e^(-h/tau).
-/// tau is the time constant up while the rotor is asked to spin faster the same way round, down otherwise.
+/// First-order lag on the speed: w' = (w_command - w) / tau, solved exactly over a step, w <- w_c + (w - w_c)
+/// e^(-h/tau). tau is the time constant up while the rotor is asked to spin faster the same way round, down otherwise.
 template <class T, int N> struct RotorLag {
     static constexpr const char* name = "rotor-lag";
     bool active = false;

@@ -73,7 +73,8 @@ OMNIMORPH_FN Vec6<T> wrench_lost(const Plant<T, N>& plant, const TiltTrigonometr
     return wrench(plant.force_of_speeds.at(trig), lost, plant.n());
 }
 
-/// What the rotors do to the body: the sum of their forces and torques, less what the wakes take, and H = Σ I_i k_i w_i z_i.
+/// What the rotors do to the body: the sum of their forces and torques, less what the wakes take, and H = Σ I_i k_i w_i
+/// z_i.
 template <class T, int N> OMNIMORPH_FN Load<T> rotor_load(const Plant<T, N>& plant, const Actuators<T, N>& actuators) {
     const Vehicle<T, N>& vehicle = plant.settings.vehicle;
     const TiltTrigonometry<T> trig = trigonometry_of(actuators.tilt, plant.m());
@@ -88,8 +89,8 @@ template <class T, int N> OMNIMORPH_FN Load<T> rotor_load(const Plant<T, N>& pla
     return load;
 }
 
-/// The thrust that each rotor gives along its axis now, N: at its actual speed, of its share of effectiveness, and what the
-/// wakes of others leave of it.
+/// The thrust that each rotor gives along its axis now, N: at its actual speed, of its share of effectiveness, and what
+/// the wakes of others leave of it.
 template <class T, int N>
 OMNIMORPH_FN PerRotor<T, N> thrust_actual(const Plant<T, N>& plant, const Actuators<T, N>& actuators) {
     const PlantSettings<T, N>& s = plant.settings;

@@ -63,7 +63,7 @@ template <class Laws> void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
         if constexpr (has_derived<std::decay_t<decltype(law)>>) law.derive(n, m, h);
     };
-    std::apply([&](auto&... law) { (derive_one(law), ...); }, laws);
+    for_each(laws, derive_one);
 }
 
 }  // namespace plant

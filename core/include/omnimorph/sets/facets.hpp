@@ -2,7 +2,8 @@
 //
 // A large cube is cut by one halfspace after another. Whether a corner is cut off is decided once for all polygons that
 // meet there, and a new corner belongs to the edge on which it lies, so the polygons always fit together, also where
-// many planes meet in a corner and where planes are nearly parallel: what is decided wrongly is nearer than the tolerance.
+// many planes meet in a corner and where planes are nearly parallel: what is decided wrongly is nearer than the
+// tolerance.
 #pragma once
 
 #include <algorithm>

@@ -10,9 +10,10 @@
 //     maximise q(λ) = w·λ - Σ_i phi_i*(s_i),   s = Aᵀλ,   grad q = w - A f(s),   -Hess q = A diag(df/ds) Aᵀ
 //
 // where f_i(s_i) = argmin phi_i(f) - s_i f within the limits, in closed form. The primal problem itself has no second
-// derivative where a rotor stops; the dual has. Newton's steps, damped as Levenberg and Marquardt do where the Hessian is
-// flat (rotors at their limits), with a line search on q. Whatever λ it ends with, f(λ) is the exact answer for the
-// wrench A f(λ): all that is left to check is w - A f. If no thrusts make w, a direction λ with λ·w > max λ·A f proves it (Farkas).
+// derivative where a rotor stops; the dual has. Newton's steps, damped as Levenberg and Marquardt do where the Hessian
+// is flat (rotors at their limits), with a line search on q. Whatever λ it ends with, f(λ) is the exact answer for the
+// wrench A f(λ): all that is left to check is w - A f. If no thrusts make w, a direction λ with λ·w > max λ·A f proves
+// it (Farkas).
 #pragma once
 
 #include "../model/vehicle.hpp"
@@ -125,8 +126,8 @@ template <int R> OMNIMORPH_FN double trace(const Dual<R>& q) {
     return sum;
 }
 
-/// The problem without limits in which every rotor answers as it does at a middling thrust: where the search starts, and
-/// how curved the dual usually is.
+/// The problem without limits in which every rotor answers as it does at a middling thrust: where the search starts,
+/// and how curved the dual usually is.
 template <int R> OMNIMORPH_FN LeastEffort<R> levelled(const LeastEffort<R>& problem) {
     LeastEffort<R> level = problem;
     level.effort = Effort::norm;

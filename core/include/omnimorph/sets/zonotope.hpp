@@ -1,7 +1,7 @@
 // The hyperplanes that bound a zonotope { Σ_k t_k g_k : -1 <= t_k <= 1 }, g_k in R^r.
 //
-// Every facet of a zonotope is spanned by generators: its normal is at right angles to r - 1 of them, and its distance is
-// that of the farthest corner, the support function h(n) = Σ_k |n·g_k| (P. McMullen, "On zonotopes", Trans. AMS 159,
+// Every facet of a zonotope is spanned by generators: its normal is at right angles to r - 1 of them, and its distance
+// is that of the farthest corner, the support function h(n) = Σ_k |n·g_k| (P. McMullen, "On zonotopes", Trans. AMS 159,
 // 1971). So all (r - 1)-subsets are gone through, C(n, r - 1) of them, instead of the 2ⁿ corners. The distance belongs
 // to the normal as it came out of the arithmetic, so a halfspace may be superfluous, but it never cuts anything off.
 #pragma once
@@ -17,7 +17,8 @@ namespace zonotope {
 /// Below this a pivot of unit vectors counts as zero: the subset does not span a hyperplane.
 inline constexpr double smallest_pivot = 1e-12;
 
-/// The unit vector at right angles to R - 1 vectors, by elimination with complete pivoting; false if they are dependent.
+/// The unit vector at right angles to R - 1 vectors, by elimination with complete pivoting; false if they are
+/// dependent.
 template <int R> OMNIMORPH_FN bool common_normal(Vec<double, R> (&rows)[R], Vec<double, R>& normal) {
     int column[R];
     for (int c = 0; c < R; ++c) column[c] = c;

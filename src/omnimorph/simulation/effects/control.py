@@ -80,8 +80,8 @@ class MeasurementNoise(Effect):
         cutoff = np.zeros(4)
         if self.filtered:
             cutoff = own_numbers(plant, self.kind, "filter_cutoff")
-        plant.sensing["sensors"] = {"deviation": self.deviation}
-        plant.sensing["estimator"] = {"cutoff": cutoff}
+        plant.sensors[self.kind] = {"deviation": self.deviation}
+        plant.sensors["estimator"] = ("low-pass", {"cutoff": cutoff})
 
 
 @dataclass(frozen=True, kw_only=True)

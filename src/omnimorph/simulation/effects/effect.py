@@ -30,8 +30,8 @@ class PlantBuild(NamedTuple):
     ----------
     laws : dict of str to dict
         The imperfections of the core's plant by their kind, each with its fields.
-    sensing : dict of str to dict
-        The same of the core's sensors and estimator.
+    sensors : dict of str to dict
+        The same of the core's sensors; ``estimator`` is the name and the fields of the estimator.
     vehicle : Vehicle
         The true one.
     control_period, step : float, s
@@ -39,7 +39,7 @@ class PlantBuild(NamedTuple):
     """
 
     laws: dict[str, Any]
-    sensing: dict[str, Any]
+    sensors: dict[str, Any]
     vehicle: Vehicle
     control_period: float
     step: float

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import omnimorph as om
-from omnimorph.control.allocators import RULES, ExhaustiveTilt
+from omnimorph.control.allocators import ExhaustiveTilt
+from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, ScenarioError

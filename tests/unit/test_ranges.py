@@ -14,7 +14,7 @@ from tests.fuzz.kinds import KINDS, PARTS, bench_texts, reference_texts, trees
 from tests.fuzz.mutations import as_toml, at, paths
 
 import omnimorph as om
-from omnimorph.control.allocators import RULES
+from omnimorph.control.rules import RULES
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record
 from omnimorph.design.schema import Table, VehicleFile, range_of

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import omnimorph as om
-from omnimorph.control.allocators import RULES
+from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.records import Record, file_model
 from omnimorph.design.schema import Table

@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from omnimorph import effects
 from omnimorph.errors import ScenarioError
 from omnimorph.results.run import COLUMNS
 from omnimorph.simulation.effects import Effect
+from omnimorph.simulation.plant import INTEGRATORS
 
 WORN = (
     NOISE,
@@ -44,9 +46,11 @@ def assert_same_rows(one: om.SteppedFlight, other: om.SteppedFlight, first: int)
             np.testing.assert_array_equal(a, b)
 
 
-@pytest.mark.parametrize("integrator", ["semi-implicit-euler", "runge-kutta-4"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("rule", sorted(rules()))
-def test_a_branch_goes_on_the_same_to_the_last_bit(rule: str, integrator: str) -> None:
+def test_a_branch_goes_on_the_same_to_the_last_bit(
+    rule: str, integrator: Literal["semi-implicit-euler", "runge-kutta-4"]
+) -> None:
     """With empty caches, commands under way and filters that are filled, by every rule."""
     flown = rules()[rule]
     plant = replace(flown.plant, integrator=integrator, effects=WORN)

@@ -10,7 +10,7 @@ from tests.physics.small_vehicles import random_tilting_vehicle
 from tests.unit.tilt_searches import CASE_A, WEIGHTS, costs_told, random_step
 
 import omnimorph as om
-from omnimorph.control.allocators import RULES
+from omnimorph.control.rules import RULES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 

@@ -13,7 +13,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 
 __all__ = [
-    "RULES",
     "AllocationRule",
     "ExhaustiveTilt",
     "FixedTilt",
@@ -227,7 +226,3 @@ class JointTilt(AllocationRule):
     def core_rule(self) -> tuple[str, dict[str, object]]:
         """See `AllocationRule`."""
         return "joint-tilt", {"tilt_change_weight": self.W4}
-
-
-RULES: tuple[type[AllocationRule], ...] = (ThreeCandidates, ExhaustiveTilt, JointTilt, FixedTilt)
-"""Every rule that a scenario file may name."""

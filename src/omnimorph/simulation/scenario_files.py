@@ -33,7 +33,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import RULES, AllocationRule
+from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
     catalogue_names,

@@ -70,7 +70,8 @@ OMNIMORPH_FN Triangle<T, N> reduced_hessian(const BoxQp<T, N>& qp, const PerVari
     return K;
 }
 
-/// The right side that goes with it: y, on entry -g, becomes that of the free variables, and for an active one its bound.
+/// The right side that goes with it: y, on entry -g, becomes that of the free variables, and for an active one its
+/// bound.
 template <class T, int N>
 OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& active, PerVariable<T, N>& y) {
     PerVariable<T, N> bound;

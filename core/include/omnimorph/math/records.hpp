@@ -1,4 +1,4 @@
-// A list of records of different kinds, all of them there, as one plain value: what a std::tuple is, but trivial to copy.
+// A list of records of different kinds, all of them there, as one plain value: a std::tuple that is trivial to copy.
 #pragma once
 
 #include <cstddef>

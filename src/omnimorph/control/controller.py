@@ -32,7 +32,8 @@ def core_settings(
     lateral_force: float | None = None,
 ) -> _core.ControllerSettings:
     """Return the core's settings of a controller, made of `controller_fields`."""
-    return _core.ControllerSettings(controller_fields(vehicle, gains, rule, control_period, lateral_force))
+    fields = controller_fields(vehicle, gains, rule, control_period, lateral_force)
+    return _core.ControllerSettings(fields)
 
 
 def controller_fields(

@@ -1,4 +1,4 @@
-"""The fields of the core's loop for each flight of a batch: those in which flights differ as rows."""
+"""The fields of the core's loop in which the flights of a batch differ, a row for each flight."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.loop_parts import LoopParts, loop_fields
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["CoreRows", "numbers_of_core"]
+__all__ = ["ALIKE", "PAIRS", "CoreRows", "numbers_of_core"]
 
-_PAIRS = "plant.interference.pairs"  # which the core finds once for all flights
+PAIRS = "plant.interference.pairs"
+"""Which rotors are in line: the core finds it once for all flights in a register's lanes."""
+ALIKE = "controller.allocation.weights.alike"
+"""Whether W2 weighs all directions of force alike, in double and in single precision: if it does in
+all lanes the core looks at accelerations in B, otherwise in W, which rounds otherwise."""
 _BYTES_OF_A_NUMBER = 16  # with its copy in the core
 
 
@@ -25,6 +29,15 @@ class CoreRows:
     """A row for each flight of every field of the core in which some of them differ.
 
     Fields are read and written by their path, with a row for each flight, or one row for all.
+
+    Parameters
+    ----------
+    parts : LoopParts
+        Of the first flight.
+    scenario : Scenario
+        Of the first flight.
+    flights : int
+        How many, n.
 
     Attributes
     ----------
@@ -56,8 +69,9 @@ class CoreRows:
         TooLargeError
             If the rows are more than memory holds.
         """
-        for path in self._of_all.keys() ^ numbers.keys():
-            return path  # what only some flights have
+        only_some = self._of_all.keys() ^ numbers.keys()
+        if only_some:
+            return min(only_some)
         for path, value in numbers.items():
             if value.tobytes() == self._bytes[path]:
                 continue
@@ -79,9 +93,9 @@ class CoreRows:
 
 
 def numbers_of_core(scenario: Scenario, start: FloatArray) -> dict[str, NDArray[Any]]:
-    """Return every field of the core's loop for a scenario by its path, and what else a batch shares.
+    """Return every field of the core's loop by its path, and what else the flights share.
 
-    It starts from the (18,) state `start`.
+    The scenario starts from the (18,) state `start`.
     """
     fields = loop_fields(scenario, start)
     truth = scenario.plant.true_vehicle(scenario.vehicle)
@@ -89,13 +103,16 @@ def numbers_of_core(scenario: Scenario, start: FloatArray) -> dict[str, NDArray[
     fields["plant"]["vehicle"] = core_fields(truth)
     found = {path: np.asarray(value) for path, value in _flat(fields)}
     found["lost_beyond"] = np.asarray(scenario.lost_beyond)
+    weights = found["controller.allocation.weights.acceleration"][:3]
+    alike = [len(set(weights.astype(kind).tolist())) == 1 for kind in (np.float64, np.float32)]
+    found[ALIKE] = np.array(alike)
     if "plant.interference.model" in found:
-        found[_PAIRS] = np.asarray(stacked_pairs(truth))
+        found[PAIRS] = np.asarray(stacked_pairs(truth))
     return found
 
 
 def _flat(fields: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield every field by its path; of a choice, as the allocation's rule, the one that is made."""
+    """Yield every field by its path; of a choice, such as a rule, those of the one chosen."""
     for name, value in fields.items():
         if isinstance(value, tuple):
             yield from _flat(dict([value]), f"{place}{name}.")

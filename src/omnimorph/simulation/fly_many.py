@@ -129,7 +129,7 @@ def fly_many(
     kept = _kept(keep, first, n)
     _check_memory(scenario, n, len(kept), varied)
     variation = draw(vary, scenario, seed, first, n)
-    parts = loop_parts(variation.flown())
+    parts = loop_parts(variation.flown)
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)
 

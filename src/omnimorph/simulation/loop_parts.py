@@ -95,7 +95,7 @@ def loop_parts(scenario: Scenario) -> LoopParts:
 
 
 def loop_fields(scenario: Scenario, start: FloatArray) -> dict[str, Any]:
-    """Return every field of the core's loop for a scenario; it starts from the (18,) state `start`."""
+    """Return every field of the core's loop; the scenario starts from the (18,) state `start`."""
     vehicle, plant, tilt = scenario.vehicle, scenario.plant, scenario.tilt
     rule, force = scenario.allocator, scenario.lateral_force
     command = {"thrust": hover_thrust(vehicle, tilt), "tilt": tilt}

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -108,7 +109,8 @@ def shape_at(scenario: Scenario, path: str, beside: Sequence[str] = ()) -> tuple
     ((), (8,))
     """
     part, _, field, at = _place(_parts(scenario), path, beside)
-    return _whole(part, field, scenario.vehicle)[at].shape
+    shape: tuple[int, ...] = _whole(part, field, scenario.vehicle)[at].shape
+    return shape
 
 
 def replaced_at(scenario: Scenario, path: str, value: ArrayLike) -> Scenario:
@@ -210,10 +212,16 @@ def _effects(plant: PlantModel) -> Iterator[tuple[str, Effect]]:
 
 def _rules(part: Any) -> dict[str, Any]:
     """Return the fields of a part that hold numbers, with what is declared of them."""
-    if isinstance(part, Vehicle):
+    kind: Any = type(part)
+    return _rules_of(kind)
+
+
+@functools.cache
+def _rules_of(kind: Any) -> dict[str, Any]:
+    if issubclass(kind, Vehicle):
         return {name: field for name, field in FIELDS.items() if field.is_number_in_files}
-    fields = dataclasses.fields(part)
-    if isinstance(part, Record):
+    fields = dataclasses.fields(kind)
+    if issubclass(kind, Record):
         texts = {field.name for field in fields if isinstance(_choices(field.metadata)[0], str)}
         return {f.name: f.metadata for f in fields if f.metadata and f.name not in texts}
     return {field.name: {} for field in fields if isinstance(field.default, float)}

@@ -99,12 +99,13 @@ class PlantModel(Record):
 
     def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
         """Return the vehicle that really flies when the controller believes in `vehicle`."""
-        believed, truth = self.__dict__.get("_last_truth", (None, vehicle))
-        if believed is not vehicle:  # the same is asked for again and again
+        known: tuple[Vehicle | None, Vehicle] = vars(self).get("_last_truth", (None, vehicle))
+        believed, truth = known
+        if believed is not vehicle:  # the same one is asked for again and again
             truth = vehicle
             for effect in self.effects:
                 truth = effect.true_vehicle(truth)
-            self.__dict__["_last_truth"] = vehicle, truth
+            vars(self)["_last_truth"] = vehicle, truth
         return truth
 
     def core_fields(self, vehicle: Vehicle) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph import _core
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.protocols import FloatArray
-from omnimorph.simulation.core_rows import CoreRows, numbers_of_core
+from omnimorph.simulation.core_rows import ALIKE, PAIRS, CoreRows, numbers_of_core
 from omnimorph.simulation.distributions import Distribution, Normal, Uniform, numbers_drawn
 from omnimorph.simulation.effects import ConstantWrench
 from omnimorph.simulation.loop_parts import LoopParts
@@ -92,9 +93,7 @@ _LAGS = _scaled("plant.rotor-lag.up", "plant.rotor-lag.down")
 _KEYS = {
     "mass": _Key(_scaled(_TRUTH + "mass"), 1, _FACTOR, _ABOVE_ZERO),
     "inertia": _Key(_scaled(_TRUTH + "inertia"), 1, _FACTOR, _ABOVE_ZERO),
-    "thrust_coefficient": _Key(
-        _scaled(_TRUTH + "thrust_coefficient"), None, _FACTOR, _ABOVE_ZERO
-    ),
+    "thrust_coefficient": _Key(_scaled(_TRUTH + "thrust_coefficient"), None, _FACTOR, _ABOVE_ZERO),
     "drag_coefficient": _Key(_scaled(_TRUTH + "drag_coefficient"), None, _FACTOR, _ABOVE_ZERO),
     "effectiveness": _Key(_set_effectiveness, None, "a share of the thrust, not negative", 0.0),
     "centre_of_mass": _Key(_move_centre_of_mass, 3, _FINITE),
@@ -128,8 +127,9 @@ SHARED = {
     "lost_beyond": "a batch has one bound beyond which its flights are lost",
 }
 """Paths whose numbers all flights of a batch share, and why."""
-_ONLY_SOME = {
-    "plant.interference.pairs": "all flights of a batch share which rotors are in line",
+_ALL_OR_NONE = {
+    PAIRS: "all flights of a batch share which rotors are in line",
+    ALIKE: "W2_position weighs all directions alike either in all flights of a batch or in none",
     "controller.tracking.position-first.lateral_force": (
         "the attitude gives way either in all flights of a batch or in none"
     ),
@@ -154,33 +154,28 @@ class Variation:
         self._scenario, self._first = scenario, first
         self._paths = [name for name in drawn if name not in _KEYS]
 
+    @cached_property
     def flown(self) -> Scenario:
-        """Return the scenario with every effect in it in which flights differ."""
-        effects = self._scenario.plant.effects
-        pushed = not {"force", "torque"}.isdisjoint(self.drawn)
-        if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
-            return self._scenario
-        plant = replace(self._scenario.plant, effects=(*effects, ConstantWrench()))
-        return replace(self._scenario, plant=plant)
+        """The scenario of the first flight, with every effect in which flights differ."""
+        return self._with_paths(self._pushed, 0)
 
     def scenario_of(self, row: int) -> Scenario:
-        """Return the scenario of one flight: with its own numbers at the paths, but not the keys."""
+        """Return the scenario of one flight: with its numbers at the paths, without the keys."""
         return self._with_paths(self._scenario, row)
 
     def for_core(self, parts: LoopParts) -> dict[str, FloatArray]:
         """Return a row for each flight of every field of the core in which they differ.
 
-        `parts` are those of `flown`.
+        `parts` are those of `flown`, the first flight.
 
         Raises
         ------
         ScenarioError
             If a flight's numbers are not possible, or must be those of all flights.
         """
-        flown = self.flown()
-        rows = CoreRows(parts, flown, self.flights)
-        for row in range(self.flights if self._paths else 0):
-            scenario = self._with_paths(flown, row)
+        rows = CoreRows(parts, self.flown, self.flights)
+        for row in range(1, self.flights if self._paths else 1):
+            scenario = self._with_paths(self._pushed, row)
             shared = rows.put(row, numbers_of_core(scenario, parts.start))
             if shared is not None:
                 raise self._must_be_shared(row, shared)
@@ -192,6 +187,16 @@ class Variation:
     def of_flight(self, row: int) -> dict[str, object]:
         """Return the numbers of one flight, as JSON holds them."""
         return {name: values[row].tolist() for name, values in self.drawn.items()}
+
+    @cached_property
+    def _pushed(self) -> Scenario:
+        """The scenario, with a constant wrench for the keys to add to if they do."""
+        effects = self._scenario.plant.effects
+        pushed = not {"force", "torque"}.isdisjoint(self.drawn)
+        if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
+            return self._scenario
+        plant = replace(self._scenario.plant, effects=(*effects, ConstantWrench()))
+        return replace(self._scenario, plant=plant)
 
     def _with_paths(self, scenario: Scenario, row: int) -> Scenario:
         """Return a scenario with the numbers of one flight at the paths."""
@@ -215,15 +220,16 @@ class Variation:
 
     def _must_be_shared(self, row: int, field: str) -> ScenarioError:
         """Return the refusal of numbers that make flights differ in what a batch shares."""
-        why = _ONLY_SOME.get(field, f"the core has one {field} for all flights of a batch")
-        return _shared(f"vary, flight {self._first + row}", " with ".join(self._paths), why)
+        why = _ALL_OR_NONE.get(field, f"the core has one {field} for all flights of a batch")
+        place = f"vary, flights {self._first} and {self._first + row}"
+        return _shared(place, " with ".join(self._paths), f"vary so, because {why}")
 
 
 def _shared(place: str, path: str, why: str) -> ScenarioError:
     """Return the refusal of numbers that must be those of all flights."""
-    sentence = f"{place}: {path} cannot differ from the scenario's, because {why}"
-    alone = "fly it alone, om.fly(om.replaced(scenario, {path: value}))"
-    return ScenarioError(f"{sentence}; {alone}.", file=place, key=path, allowed="the scenario's")
+    alone = "fly each alone, om.fly(om.replaced(scenario, {path: value}))"
+    sentence = f"{place}: {path} cannot {why}; {alone}."
+    return ScenarioError(sentence, file=place, key=path, allowed="the same for all flights")
 
 
 def numbers_of_a_flight(vary: Mapping[str, Any], scenario: Scenario) -> int:
@@ -262,7 +268,7 @@ def draw(
         else:
             path, _, _ = name.partition("[")
             if path in SHARED:
-                raise _shared("vary", name, SHARED[path])
+                raise _shared("vary", name, f"vary, because {SHARED[path]}")
             drawn[name] = numbers_drawn(name, wanted, seed, first, shape, one_for_all=True)
     return Variation(scenario, drawn, first, n)
 

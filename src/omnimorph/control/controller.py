@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,7 +22,7 @@ from omnimorph.protocols import Command, Desired, FloatArray, State
 if TYPE_CHECKING:
     Allocation = _core.Allocation
 
-__all__ = ["PoseController", "core_settings"]
+__all__ = ["PoseController", "controller_fields", "core_settings"]
 
 
 def core_settings(
@@ -32,7 +32,19 @@ def core_settings(
     control_period: float,
     lateral_force: float | None = None,
 ) -> _core.ControllerSettings:
-    """Return the core's settings of a controller; refuses a rule that does not fit the vehicle.
+    """Return the core's settings of a controller, made of `controller_fields`."""
+    fields = controller_fields(vehicle, gains, rule, control_period, lateral_force)
+    return _core.ControllerSettings(fields)
+
+
+def controller_fields(
+    vehicle: Vehicle,
+    gains: TrackingGains,
+    rule: AllocationRule,
+    control_period: float,
+    lateral_force: float | None = None,
+) -> dict[str, Any]:
+    """Return the fields of the core's controller; refuses a rule that does not fit the vehicle.
 
     With a `lateral_force`, N, position goes first: where more is asked sideways, the attitude gives
     way.
@@ -53,22 +65,20 @@ def core_settings(
     }
     if lateral_force is not None and lateral_force != np.inf:
         tracking["position-first"] = {"lateral_force": lateral_force}
-    return _core.ControllerSettings(
-        {
-            "model": as_core(vehicle),
-            "tracking": tracking,
-            "allocation": {
-                "weights": {
-                    "input": input_weight,
-                    "input_change": change_weight,
-                    "acceleration": np.array([*rule.W2_position, *rule.W2_attitude]),
-                },
-                "tilt_change": vehicle.servo_rate_max * control_period,
-                "rule": rule.core_rule(),
+    return {
+        "model": as_core(vehicle),
+        "tracking": tracking,
+        "allocation": {
+            "weights": {
+                "input": input_weight,
+                "input_change": change_weight,
+                "acceleration": np.array([*rule.W2_position, *rule.W2_attitude]),
             },
-            "period": control_period,
-        }
-    )
+            "tilt_change": vehicle.servo_rate_max * control_period,
+            "rule": rule.core_rule(),
+        },
+        "period": control_period,
+    }
 
 
 def _unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> ScenarioError:

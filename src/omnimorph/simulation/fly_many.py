@@ -124,12 +124,12 @@ def fly_many(
     if precision not in ("float64", "float32"):
         raise ScenarioError.at("fly_many", "precision", precision, "float64 or float32")
     vary = {} if vary is None else vary
-    varied = numbers_of_a_flight(vary, scenario.vehicle)
+    varied = numbers_of_a_flight(vary, scenario)
     _check_memory(scenario, n, 0, varied)  # of their numbers, before any are counted out
     kept = _kept(keep, first, n)
     _check_memory(scenario, n, len(kept), varied)
     variation = draw(vary, scenario, seed, first, n)
-    parts = loop_parts(variation.flown(scenario))
+    parts = loop_parts(variation.flown)
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)
 
@@ -161,7 +161,7 @@ class _Batch:
             flights=variation.flights,
             seed=seed,
             first=first,
-            variation=variation.for_core(scenario, parts.start),
+            variation=variation.for_core(parts),
             recorded=[number - first for number in kept],
             single_precision=single,
             threads=self.threads,
@@ -222,7 +222,8 @@ class _Batch:
     def _run(self, number: int, status: _core.FlightStatus, wall_time: float) -> Run:
         """Return the trace of one flight; the time it took is its share of the whole batch's."""
         row = number - self.first
-        truth = self.scenario.plant.true_vehicle(self.scenario.vehicle)
+        scenario = self.variation.scenario_of(row)
+        truth = scenario.plant.true_vehicle(scenario.vehicle)
         factor = self.variation.drawn.get("drag_coefficient")
         flown = Flown(
             columns=self.core.columns(row),
@@ -238,7 +239,7 @@ class _Batch:
             written["vary"] = self.variation.of_flight(row)
         if self.precision == "float32":
             written["precision"] = self.precision
-        return as_run(self.scenario, flown, written)
+        return as_run(scenario, flown, written)
 
 
 def _positive(name: str, value: object, most: int) -> int:

@@ -12,7 +12,7 @@ import numpy as np
 
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
-from omnimorph.control.controller import core_settings
+from omnimorph.control.controller import controller_fields
 from omnimorph.design.files import vehicle_text
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
@@ -34,6 +34,7 @@ __all__ = [
     "as_run",
     "bytes_of_a_row",
     "bytes_of_flights",
+    "loop_fields",
     "loop_parts",
     "physics_steps",
     "whole_number",
@@ -77,31 +78,37 @@ def loop_parts(scenario: Scenario) -> LoopParts:
     ScenarioError
         If the flight has no step or too many, or the reference is not finite.
     """
-    vehicle, plant = scenario.vehicle, scenario.plant
     steps = physics_steps(scenario)
-    desired = scenario.reference(0.0)
-    start = state_row(desired.p_WB, desired.R_WB, np.zeros(6))
-    thrust = hover_thrust(vehicle, scenario.tilt)
-    controller = core_settings(
-        vehicle,
-        scenario.gains,
-        scenario.allocator,
-        plant.control_period,
-        scenario.lateral_force,
-    )
-    begins = {"motion": core_motion(start), "command": {"thrust": thrust, "tilt": scenario.tilt}}
-    fields = plant.core_fields(vehicle) | {"controller": controller, "start": begins}
+    start = _start(scenario)
+    fields = loop_fields(scenario, start)
+    controller = _core.ControllerSettings(fields["controller"])
     return LoopParts(
-        settings=_core.LoopSettings(fields),
+        settings=_core.LoopSettings(fields | {"controller": controller}),
         controller=controller,
         reference=_core_reference(scenario, steps),
         start=start,
-        thrust=thrust,
-        tilt=scenario.tilt,
+        **fields["start"]["command"],
         steps=steps,
-        control_every=control_steps(plant),
+        control_every=control_steps(scenario.plant),
         lost_beyond=scenario.lost_beyond,
     )
+
+
+def loop_fields(scenario: Scenario, start: FloatArray) -> dict[str, Any]:
+    """Return every field of the core's loop; the scenario starts from the (18,) state `start`."""
+    vehicle, plant, tilt = scenario.vehicle, scenario.plant, scenario.tilt
+    rule, force = scenario.allocator, scenario.lateral_force
+    command = {"thrust": hover_thrust(vehicle, tilt), "tilt": tilt}
+    return plant.core_fields(vehicle) | {
+        "controller": controller_fields(vehicle, scenario.gains, rule, plant.control_period, force),
+        "start": {"motion": core_motion(start), "command": command},
+    }
+
+
+def _start(scenario: Scenario) -> FloatArray:
+    """Return the (18,) state from which a scenario starts: at rest, where the reference begins."""
+    desired = scenario.reference(0.0)
+    return state_row(desired.p_WB, desired.R_WB, np.zeros(6))
 
 
 def physics_steps(scenario: Scenario) -> int:

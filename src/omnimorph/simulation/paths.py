@@ -20,8 +20,9 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import functools
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ from omnimorph.simulation.effects.truth import TrueValues
 from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["paths", "replaced", "replaced_at", "value_at"]
+__all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 
 _PATH = re.compile(r"(.*?)((?:\[\d{1,9}\])*)", re.DOTALL)
 _MOST_NAMED = 4
@@ -81,6 +82,35 @@ def value_at(scenario: Scenario, path: str) -> float | FloatArray | None:
     part, _, field, at = _place(parts, path)
     value = _whole(part, field, scenario.vehicle)[at] if at else getattr(part, field)
     return value if value is None else float(value) if np.ndim(value) == 0 else np.array(value)
+
+
+def shape_at(scenario: Scenario, path: str, beside: Sequence[str] = ()) -> tuple[int, ...]:
+    """Return the shape of the numbers at a path; where one may stand for several, of all of them.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        Whose path it is.
+    path : str
+        One of `paths`, or one with indices behind it.
+    beside : sequence of str
+        What else may be asked for where the path is; the refusal of an unknown one names it too.
+
+    Raises
+    ------
+    ScenarioError
+        If there is no such path; it names the nearest ones.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> hover = om.load_scenario("hover")
+    >>> shape_at(hover, "vehicle.mass"), shape_at(hover, "controller.allocator.W1")
+    ((), (8,))
+    """
+    part, _, field, at = _place(_parts(scenario), path, beside)
+    shape: tuple[int, ...] = _whole(part, field, scenario.vehicle)[at].shape
+    return shape
 
 
 def replaced_at(scenario: Scenario, path: str, value: ArrayLike) -> Scenario:
@@ -182,10 +212,16 @@ def _effects(plant: PlantModel) -> Iterator[tuple[str, Effect]]:
 
 def _rules(part: Any) -> dict[str, Any]:
     """Return the fields of a part that hold numbers, with what is declared of them."""
-    if isinstance(part, Vehicle):
+    kind: Any = type(part)
+    return _rules_of(kind)
+
+
+@functools.cache
+def _rules_of(kind: Any) -> dict[str, Any]:
+    if issubclass(kind, Vehicle):
         return {name: field for name, field in FIELDS.items() if field.is_number_in_files}
-    fields = dataclasses.fields(part)
-    if isinstance(part, Record):
+    fields = dataclasses.fields(kind)
+    if issubclass(kind, Record):
         texts = {field.name for field in fields if isinstance(_choices(field.metadata)[0], str)}
         return {f.name: f.metadata for f in fields if f.metadata and f.name not in texts}
     return {field.name: {} for field in fields if isinstance(field.default, float)}
@@ -207,12 +243,12 @@ def _split(path: str) -> tuple[str, tuple[int, ...]]:
     return begin, tuple(int(index) for index in re.findall(r"\d+", indices))
 
 
-def _place(parts: Mapping[str, Any], path: str) -> _Place:
+def _place(parts: Mapping[str, Any], path: str, beside: Sequence[str] = ()) -> _Place:
     """Return where a path leads; refuse one that leads nowhere."""
     known = _known(parts)
     begin, at = _split(str(path))
     if begin not in known:
-        raise _unknown(parts, str(path), known)
+        raise _unknown(parts, str(path), known, beside)
     name, field = known[begin]
     place = _Place(parts[name], name, field, at)
     shape = np.shape(_whole(place.part, field, parts["vehicle"]))
@@ -226,14 +262,17 @@ def _where(parts: Mapping[str, Any]) -> str:
     return f"scenario {parts[''].name}"
 
 
-def _unknown(parts: Mapping[str, Any], path: str, known: Mapping[str, Any]) -> ScenarioError:
-    """Return the refusal of a path that is not there, with the nearest ones."""
+def _unknown(
+    parts: Mapping[str, Any], path: str, paths: Iterable[str], beside: Sequence[str]
+) -> ScenarioError:
+    """Return the refusal of a path that is not there, with what is nearest."""
     where, plant = _where(parts), parts["plant"]
     there = [effect.kind for effect in plant.effects]
     for kind in [effect.kind for effect in EFFECTS if effect.kind not in there]:
         if path.startswith(f"plant.{kind}."):
             allowed = f"left out, because plant {plant.name} has no {kind}"
             return ScenarioError.at(where, "path", path, allowed)
+    known = [*beside, *paths]
     ends = {key: key.rpartition(".")[2] for key in known}
     end = path.rpartition(".")[2]
     near = [key for key in known if ends[key] == end]
@@ -242,8 +281,10 @@ def _unknown(parts: Mapping[str, Any], path: str, known: Mapping[str, Any]) -> S
     near += [key for key in known if ends[key] in alike]
     named = list(dict.fromkeys(near))[:_MOST_NAMED]
     begins = ", ".join([*filter(None, parts), *_rules(parts[""])])
-    hint = f"did you mean {' or '.join(named)}?" if named else f"they begin with {begins}."
-    sentence = f"{where}: {legible(path)} is not a known path; {hint}"
+    all_of_them = f"they are {', '.join(beside)}, or begin" if beside else "they begin"
+    hint = f"did you mean {' or '.join(named)}?" if named else f"{all_of_them} with {begins}."
+    what = "key or path" if beside else "path"
+    sentence = f"{where}: {legible(path)} is not a known {what}; {hint}"
     return ScenarioError(sentence, file=where, key=path, allowed=f"one of {', '.join(known)}")
 
 

@@ -99,9 +99,14 @@ class PlantModel(Record):
 
     def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
         """Return the vehicle that really flies when the controller believes in `vehicle`."""
-        for effect in self.effects:
-            vehicle = effect.true_vehicle(vehicle)
-        return vehicle
+        known: tuple[Vehicle | None, Vehicle] = vars(self).get("_last_truth", (None, vehicle))
+        believed, truth = known
+        if believed is not vehicle:  # the same one is asked for again and again
+            truth = vehicle
+            for effect in self.effects:
+                truth = effect.true_vehicle(truth)
+            vars(self)["_last_truth"] = vehicle, truth
+        return truth
 
     def core_fields(self, vehicle: Vehicle) -> dict[str, Any]:
         """Return the fields of the core's loop that a plant says, for a controller's vehicle."""

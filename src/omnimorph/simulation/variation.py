@@ -1,27 +1,29 @@
-"""In what the flights of a batch differ: distributions, and the numbers drawn from them.
+"""In what the flights of a batch differ: keys, and paths of the scenario's own numbers.
 
-Each flight draws its own numbers from (seed, name of the parameter, number of the flight) alone, so
-that it is the same however many fly beside it.
+A key, such as ``mass``, changes the core's fields of all flights at once; a path, such as
+``truth.mass``, changes the scenario, and from it follow the core's fields of each flight just as
+for a flight alone. Both end as rows of fields of the core.
 """
 
 from __future__ import annotations
 
 import math
-import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph import _core
-from omnimorph.arrays import as_numbers
-from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import InputError, ScenarioError
 from omnimorph.protocols import FloatArray
+from omnimorph.simulation.core_rows import ALIKE, PAIRS, CoreRows, numbers_of_core
+from omnimorph.simulation.distributions import Distribution, Normal, Uniform, numbers_drawn
 from omnimorph.simulation.effects import ConstantWrench
-from omnimorph.simulation.plant import PARTS_OF_STATE
+from omnimorph.simulation.loop_parts import LoopParts
+from omnimorph.simulation.paths import replaced, shape_at
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = [
@@ -38,66 +40,10 @@ _FACTOR = "a positive factor"
 _FINITE = "finite"
 
 
-class Distribution(Protocol):
-    """Anything with the inverse of a distribution function, such as those of ``scipy.stats``."""
+class _Key(NamedTuple):
+    """One thing beside the scenario's own numbers in which flights can differ."""
 
-    def ppf(self, q: FloatArray) -> ArrayLike:
-        """Return the values below which the shares q, in (0, 1), of all numbers are."""
-        ...
-
-
-@dataclass(frozen=True)
-class Uniform(Distribution):
-    """Every number from `low` to `high` alike.
-
-    Examples
-    --------
-    >>> Uniform(0.9, 1.1).ppf(np.array([0.25])).tolist()
-    [0.9500000000000001]
-    """
-
-    low: float
-    high: float
-
-    def __post_init__(self) -> None:
-        limits = as_numbers((self.low, self.high))
-        if limits.shape != (2,) or not np.isfinite(limits).all() or limits[0] > limits[1]:
-            raise ScenarioError.at("Uniform", "limits", (self.low, self.high), "finite, in order")
-
-    def ppf(self, q: FloatArray) -> FloatArray:
-        """Return the value at each share q."""
-        return self.low + q * (self.high - self.low)
-
-
-@dataclass(frozen=True)
-class Normal(Distribution):
-    """The normal distribution.
-
-    Examples
-    --------
-    >>> Normal(1.0, 0.1).ppf(np.array([0.5])).tolist()
-    [1.0]
-    """
-
-    mean: float
-    deviation: float
-
-    def __post_init__(self) -> None:
-        numbers = as_numbers((self.mean, self.deviation))
-        if numbers.shape != (2,) or not np.isfinite(numbers).all() or numbers[1] < 0.0:
-            allowed = "a finite mean and a deviation that is not negative"
-            raise ScenarioError.at("Normal", "numbers", (self.mean, self.deviation), allowed)
-
-    def ppf(self, q: FloatArray) -> FloatArray:
-        """Return the value at each share q."""
-        from scipy.special import ndtri
-
-        return np.asarray(self.mean + self.deviation * ndtri(q))
-
-
-class _Parameter(NamedTuple):
-    """One thing in which flights can differ."""
-
+    change: Callable[[CoreRows, FloatArray], None]  # of the core's fields, by (n, width) numbers
     width: int | None  # how many numbers; one a rotor for None
     allowed: str
     least: float = -math.inf
@@ -108,25 +54,90 @@ class _Parameter(NamedTuple):
         return ~(np.isfinite(values) & (values >= self.least))
 
 
+def _scaled(*paths: str) -> Callable[[CoreRows, FloatArray], None]:
+    def change(rows: CoreRows, factor: FloatArray) -> None:
+        for path in paths:
+            rows[path] = rows[path] * factor
+
+    return change
+
+
+def _moved(path: str, at: slice = slice(None)) -> Callable[[CoreRows, FloatArray], None]:
+    def change(rows: CoreRows, values: FloatArray) -> None:
+        moved = np.tile(rows[path], (len(values) // len(rows[path]), 1))
+        moved[:, at] += values
+        rows[path] = moved
+
+    return change
+
+
+def _set_effectiveness(rows: CoreRows, share: FloatArray) -> None:
+    rows["plant.effectiveness"] = share
+
+
+def _move_centre_of_mass(rows: CoreRows, centre: FloatArray) -> None:
+    hubs = rows["plant.vehicle.position"]
+    moved = hubs.reshape(len(hubs), -1, 3) - centre[:, np.newaxis, :]
+    rows["plant.vehicle.position"] = moved.reshape(len(centre), -1)
+
+
+def _turn_start(rows: CoreRows, turns: FloatArray) -> None:
+    R = rows["start.motion.R"].reshape(3, 3)
+    turned = [R @ _core.rotation_exponential(turn) for turn in turns]
+    rows["start.motion.R"] = np.reshape(turned, (len(turns), 9))
+
+
 _ABOVE_ZERO = math.ulp(0.0)
-_PARAMETERS = {
-    "mass": _Parameter(1, _FACTOR, _ABOVE_ZERO),
-    "inertia": _Parameter(1, _FACTOR, _ABOVE_ZERO),
-    "thrust_coefficient": _Parameter(None, _FACTOR, _ABOVE_ZERO),
-    "drag_coefficient": _Parameter(None, _FACTOR, _ABOVE_ZERO),
-    "effectiveness": _Parameter(None, "a share of the thrust, not negative", 0.0),
-    "centre_of_mass": _Parameter(3, _FINITE),
-    "rotor_lag": _Parameter(1, _FACTOR, _ABOVE_ZERO, "rotor-lag"),
-    "noise": _Parameter(1, "a factor, not negative", 0.0, "measurement-noise"),
-    "force": _Parameter(3, _FINITE),
-    "torque": _Parameter(3, _FINITE),
-    "start_position": _Parameter(3, _FINITE),
-    "start_velocity": _Parameter(3, _FINITE),
-    "start_attitude": _Parameter(3, _FINITE),
-    "start_rate": _Parameter(3, _FINITE),
+_TRUTH, _PUSH = "plant.vehicle.", "plant.constant-wrench.constant"
+_LAGS = _scaled("plant.rotor-lag.up", "plant.rotor-lag.down")
+_KEYS = {
+    "mass": _Key(_scaled(_TRUTH + "mass"), 1, _FACTOR, _ABOVE_ZERO),
+    "inertia": _Key(_scaled(_TRUTH + "inertia"), 1, _FACTOR, _ABOVE_ZERO),
+    "thrust_coefficient": _Key(_scaled(_TRUTH + "thrust_coefficient"), None, _FACTOR, _ABOVE_ZERO),
+    "drag_coefficient": _Key(_scaled(_TRUTH + "drag_coefficient"), None, _FACTOR, _ABOVE_ZERO),
+    "effectiveness": _Key(_set_effectiveness, None, "a share of the thrust, not negative", 0.0),
+    "centre_of_mass": _Key(_move_centre_of_mass, 3, _FINITE),
+    "rotor_lag": _Key(_LAGS, 1, _FACTOR, _ABOVE_ZERO, "rotor-lag"),
+    "noise": _Key(
+        _scaled("measurement-noise.deviation"),
+        1,
+        "a factor, not negative",
+        0.0,
+        "measurement-noise",
+    ),
+    "force": _Key(_moved(_PUSH, slice(0, 3)), 3, _FINITE),
+    "torque": _Key(_moved(_PUSH, slice(3, 6)), 3, _FINITE),
+    "start_position": _Key(_moved("start.motion.p"), 3, _FINITE),
+    "start_velocity": _Key(_moved("start.motion.v"), 3, _FINITE),
+    "start_attitude": _Key(_turn_start, 3, _FINITE),
+    "start_rate": _Key(_moved("start.motion.w"), 3, _FINITE),
 }
-VARIABLE = tuple(_PARAMETERS)
-"""Everything in which the flights of a batch can differ."""
+VARIABLE = tuple(_KEYS)
+"""Everything in which the flights of a batch can differ, beside numbers of the scenario."""
+
+_TOGETHER = "the flights of a batch step together"
+_TABLE = "its table is one for all flights of a batch"
+_SINE = "its sine is computed once for all flights of a batch"
+SHARED = {
+    "plant.physics_step": _TOGETHER,
+    "plant.control_period": _TOGETHER,
+    "plant.command-delay.time": "a delay is counted in steps, and " + _TOGETHER,
+    "plant.sine-wrench.frequency": _SINE,
+    "plant.sine-wrench.phase": _SINE,
+    "plant.wrench-profile.times": _TABLE,
+    "plant.wrench-profile.force": _TABLE,
+    "plant.wrench-profile.torque": _TABLE,
+    "controller.allocator.candidates": "all flights of a batch try equally many tilts side by side",
+    "lost_beyond": "a batch has one bound beyond which its flights are lost",
+}
+"""Paths whose numbers all flights of a batch share, and why."""
+_ALL_OR_NONE = {
+    PAIRS: "all flights of a batch share which rotors are in line",
+    ALIKE: "W2_position weighs all directions alike either in all flights of a batch or in none",
+    "controller.tracking.position-first.lateral_force": (
+        "the attitude gives way either in all flights of a batch or in none"
+    ),
+}
 
 
 class Variation:
@@ -135,85 +146,108 @@ class Variation:
     Attributes
     ----------
     drawn : dict of str to array
-        (n,) for a parameter of one number, (n, width) otherwise.
+        By key or path: (n,) for a single number, (n, ...) for several.
+    flights : int
+        How many, n.
     """
 
-    def __init__(self, drawn: dict[str, FloatArray], flights: int) -> None:
+    def __init__(
+        self, scenario: Scenario, drawn: dict[str, FloatArray], first: int, flights: int
+    ) -> None:
         self.drawn, self.flights = drawn, flights
+        self._scenario, self._first = scenario, first
+        self._paths = [name for name in drawn if name not in _KEYS]
 
-    def flown(self, scenario: Scenario) -> Scenario:
-        """Return the scenario with every effect in it in which flights differ."""
-        effects = scenario.plant.effects
-        pushed = not {"force", "torque"}.isdisjoint(self.drawn)
-        if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
-            return scenario
-        return replace(
-            scenario, plant=replace(scenario.plant, effects=(*effects, ConstantWrench()))
-        )
+    @cached_property
+    def flown(self) -> Scenario:
+        """The scenario of the first flight, with every effect in which flights differ."""
+        return self._with_paths(self._pushed, 0)
 
-    def for_core(self, scenario: Scenario, start: FloatArray) -> dict[str, FloatArray]:
+    def scenario_of(self, row: int) -> Scenario:
+        """Return the scenario of one flight: with its numbers at the paths, without the keys."""
+        return self._with_paths(self._scenario, row)
+
+    def for_core(self, parts: LoopParts) -> dict[str, FloatArray]:
         """Return a row for each flight of every field of the core in which they differ.
 
-        `start` holds the 18 numbers of the state near which all of them begin.
-        """
-        fields = scenario.plant.core_fields(scenario.vehicle)
-        truth = scenario.plant.true_vehicle(scenario.vehicle)
-        rows: dict[str, FloatArray] = {}
-        for name, values in self.drawn.items():
-            factor = values.reshape(self.flights, -1)
-            if name in ("mass", "thrust_coefficient", "drag_coefficient"):
-                rows[f"plant.vehicle.{name}"] = getattr(truth, name) * factor
-            elif name == "inertia":
-                rows["plant.vehicle.inertia"] = truth.inertia.reshape(1, 9) * factor
-            elif name == "effectiveness":
-                rows["plant.effectiveness"] = factor
-            elif name == "centre_of_mass":
-                hubs = truth.rotor_position - factor[:, np.newaxis, :]
-                rows["plant.vehicle.position"] = hubs.reshape(self.flights, -1)
-            elif name == "rotor_lag":
-                for way, tau in fields["plant"]["rotor-lag"].items():
-                    rows[f"plant.rotor-lag.{way}"] = tau * factor
-            elif name == "noise":
-                deviation = fields["measurement-noise"]["deviation"]
-                rows["measurement-noise.deviation"] = deviation * factor
-        if "force" in self.drawn or "torque" in self.drawn:
-            nothing = np.zeros((self.flights, 3))
-            push = np.hstack([self.drawn.get(name, nothing) for name in ("force", "torque")])
-            others = fields["plant"].get("constant-wrench", {"constant": np.zeros(6)})
-            rows["plant.constant-wrench.constant"] = others["constant"] + push
-        starts = self._starts(start)
-        rows |= {f"start.motion.{name}": starts[:, part] for name, part in PARTS_OF_STATE.items()}
-        return {path: np.ascontiguousarray(numbers) for path, numbers in rows.items()}
+        `parts` are those of `flown`, the first flight.
 
-    def _starts(self, start: FloatArray) -> FloatArray:
-        """Return the (n, 18) states that the flights start from, near one of 18 numbers."""
-        rows = np.tile(start, (self.flights, 1))
-        for name, part in (("position", "p"), ("velocity", "v"), ("rate", "w")):
-            rows[:, PARTS_OF_STATE[part]] += self.drawn.get(f"start_{name}", 0.0)
-        if "start_attitude" in self.drawn:
-            R = start[3:12].reshape(3, 3)
-            for row, turn in zip(rows, self.drawn["start_attitude"], strict=True):
-                row[3:12] = (R @ _core.rotation_exponential(turn)).reshape(9)
-        return rows
+        Raises
+        ------
+        ScenarioError
+            If a flight's numbers are not possible, or must be those of all flights.
+        """
+        rows = CoreRows(parts, self.flown, self.flights)
+        for row in range(1, self.flights if self._paths else 1):
+            scenario = self._with_paths(self._pushed, row)
+            shared = rows.put(row, numbers_of_core(scenario, parts.start))
+            if shared is not None:
+                raise self._must_be_shared(row, shared)
+        for name in self.drawn:
+            if name in _KEYS:
+                _KEYS[name].change(rows, self.drawn[name].reshape(self.flights, -1))
+        return rows.differing
 
     def of_flight(self, row: int) -> dict[str, object]:
         """Return the numbers of one flight, as JSON holds them."""
         return {name: values[row].tolist() for name, values in self.drawn.items()}
 
+    @cached_property
+    def _pushed(self) -> Scenario:
+        """The scenario, with a constant wrench for the keys to add to if they do."""
+        effects = self._scenario.plant.effects
+        pushed = not {"force", "torque"}.isdisjoint(self.drawn)
+        if not pushed or any(isinstance(effect, ConstantWrench) for effect in effects):
+            return self._scenario
+        plant = replace(self._scenario.plant, effects=(*effects, ConstantWrench()))
+        return replace(self._scenario, plant=plant)
 
-def numbers_of_a_flight(vary: Mapping[str, Any], vehicle: Vehicle) -> int:
-    """Return how many numbers are drawn for each flight; unknown names count for nothing.
+    def _with_paths(self, scenario: Scenario, row: int) -> Scenario:
+        """Return a scenario with the numbers of one flight at the paths."""
+        if not self._paths:
+            return scenario
+        try:
+            mine = replaced(scenario, {path: self.drawn[path][row] for path in self._paths})
+        except InputError as refused:
+            place = f"vary, flight {self._first + row}"
+            raise ScenarioError(
+                f"{place}: {refused}",
+                file=place,
+                key=refused.key,
+                value=refused.value,
+                allowed=refused.allowed,
+            ) from None
+        decide = ("vehicle", "allocator", "start_tilt")
+        if all(getattr(mine, name) is getattr(scenario, name) for name in decide):
+            vars(mine)["lateral_force"] = scenario.lateral_force  # whose search takes its time
+        return mine
+
+    def _must_be_shared(self, row: int, field: str) -> ScenarioError:
+        """Return the refusal of numbers that make flights differ in what a batch shares."""
+        why = _ALL_OR_NONE.get(field, f"the core has one {field} for all flights of a batch")
+        place = f"vary, flights {self._first} and {self._first + row}"
+        return _shared(place, " with ".join(self._paths), f"vary so, because {why}")
+
+
+def _shared(place: str, path: str, why: str) -> ScenarioError:
+    """Return the refusal of numbers that must be those of all flights."""
+    alone = "fly each alone, om.fly(om.replaced(scenario, {path: value}))"
+    sentence = f"{place}: {path} cannot {why}; {alone}."
+    return ScenarioError(sentence, file=place, key=path, allowed="the same for all flights")
+
+
+def numbers_of_a_flight(vary: Mapping[str, Any], scenario: Scenario) -> int:
+    """Return how many numbers are drawn for each flight.
 
     Raises
     ------
     ScenarioError
-        If what is asked for is no mapping.
+        If what is asked for is no mapping, or a key or path is not known.
     """
     if not isinstance(vary, Mapping):
-        allowed = f"a mapping from some of {', '.join(VARIABLE)} to numbers"
+        allowed = f"a mapping from some of {', '.join(VARIABLE)}, or paths, to numbers"
         raise ScenarioError.at("fly_many", "vary", vary, allowed)
-    known = [_PARAMETERS[name] for name in vary if name in _PARAMETERS]
-    return sum(parameter.width or vehicle.n_rotors for parameter in known)
+    return sum(math.prod(_shape(name, scenario)) for name in vary)
 
 
 def draw(
@@ -224,56 +258,45 @@ def draw(
     Raises
     ------
     ScenarioError
-        If a parameter is not known or has no meaning for the plant, if an array does not have a row
-        for each flight, or if a number makes an impossible vehicle; it names the flight.
+        If a key or path is not known, has no meaning for the plant or is of what a batch shares, if
+        an array does not have a row for each flight, or if a number of a key cannot be; it names
+        the flight.
     """
-    effects = {effect.kind for effect in scenario.plant.effects}
     drawn = {}
     for name, wanted in vary.items():
-        if name not in _PARAMETERS:
-            raise ScenarioError.unknown_key("vary", str(name), str(name), VARIABLE)
-        parameter = _PARAMETERS[name]
-        if parameter.effect is not None and parameter.effect not in effects:
-            allowed = f"left out, because plant {scenario.plant.name} has no {parameter.effect}"
-            raise ScenarioError.at("vary", name, "given", allowed)
-        width = parameter.width or scenario.vehicle.n_rotors
-        values = _values(name, wanted, seed, first, n, width)
-        refused = parameter.refuses(values).reshape(n, -1).any(axis=1)
-        if refused.any():
-            row = int(np.argmax(refused))
-            place = f"vary, flight {first + row}"
-            raise ScenarioError.at(place, name, values[row], parameter.allowed)
-        drawn[name] = values
-    return Variation(drawn, n)
-
-
-def _values(
-    name: str, wanted: Distribution | ArrayLike, seed: int, first: int, n: int, width: int
-) -> FloatArray:
-    """Return the numbers of one parameter, (n,) or (n, width)."""
-    shape = (n,) if width == 1 else (n, width)
-    ppf = getattr(wanted, "ppf", None)
-    try:
-        if ppf is not None:
-            values = np.asarray(ppf(_shares(name, seed, first, shape)), dtype=np.float64)
+        shape = (n, *_shape(name, scenario))
+        if name in _KEYS:
+            _check_effect(name, scenario)
+            drawn[name] = numbers_drawn(name, wanted, seed, first, shape)
+            _check_key(name, drawn[name], first)
         else:
-            values = np.array(wanted, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):  # not numbers
-        values = np.zeros(0)
-    if values.shape != shape:
-        what = "a distribution (om.Uniform, om.Normal, scipy.stats)"
-        rows = f"{n} numbers" if width == 1 else f"{n} rows of {width} numbers"
-        found = wanted if values.size == 0 else f"of shape {values.shape}"
-        raise ScenarioError.at("vary", name, found, f"{what} or an array of {rows}")
-    return values
+            path, _, _ = name.partition("[")
+            if path in SHARED:
+                raise _shared("vary", name, f"vary, because {SHARED[path]}")
+            drawn[name] = numbers_drawn(name, wanted, seed, first, shape, one_for_all=True)
+    return Variation(scenario, drawn, first, n)
 
 
-def _shares(name: str, seed: int, first: int, shape: tuple[int, ...]) -> FloatArray:
-    """Return numbers in (0, 1), each flight's own."""
-    width = math.prod(shape[1:])
-    bits = np.random.Philox(key=[seed, zlib.crc32(name.encode())])
-    skipped = first * width  # one number each, four of them to a count of the generator
-    bits.advance(skipped // 4)
-    generator = np.random.Generator(bits)
-    numbers = generator.random(skipped % 4 + math.prod(shape))[skipped % 4 :]
-    return np.maximum(numbers, 2.0**-54).reshape(shape)
+def _shape(name: str, scenario: Scenario) -> tuple[int, ...]:
+    """Return the shape of the numbers of one flight at a key or path."""
+    if name not in _KEYS:
+        return shape_at(scenario, name, VARIABLE)
+    width = _KEYS[name].width or scenario.vehicle.n_rotors
+    return () if width == 1 else (width,)
+
+
+def _check_effect(name: str, scenario: Scenario) -> None:
+    """Refuse a key of an effect that the plant does not have."""
+    plant, effect = scenario.plant, _KEYS[name].effect
+    if effect is not None and effect not in {one.kind for one in plant.effects}:
+        allowed = f"left out, because plant {plant.name} has no {effect}"
+        raise ScenarioError.at("vary", name, "given", allowed)
+
+
+def _check_key(name: str, values: FloatArray, first: int) -> None:
+    """Refuse numbers of a key that cannot be, and name the flight."""
+    refused = _KEYS[name].refuses(values).reshape(len(values), -1).any(axis=1)
+    if refused.any():
+        row = int(np.argmax(refused))
+        place = f"vary, flight {first + row}"
+        raise ScenarioError.at(place, name, values[row], _KEYS[name].allowed)

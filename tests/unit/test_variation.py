@@ -235,6 +235,14 @@ def test_what_position_first_counts_on_follows_the_vehicle() -> None:
     assert len(forces) == 2
 
 
+def test_a_scenario_made_of_whole_numbers_varies_by_broken_ones() -> None:
+    worn = (effects.SineWrench(force=(1, 0, 0), frequency=9), effects.RotorLag(up=0, down=1))
+    scenario = in_plant(replace(HOVER, start_tilt=0), *worn)
+    for path in ("plant.sine-wrench.force[0]", "plant.rotor-lag.down", "start_tilt"):
+        flights = om.fly_many(scenario, 2, vary={path: [0.25, 0.75]}, keep="all")
+        assert_as_alone(flights, 1, replaced(scenario, {path: 0.75}))
+
+
 # --- memory and provenance ------------------------------------------------------------------------
 
 

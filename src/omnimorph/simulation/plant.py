@@ -22,7 +22,7 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
-from omnimorph.model.core import as_core, as_tilt, state_row
+from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
@@ -126,7 +126,7 @@ class PlantModel(Record):
             "control_every": control_steps(self),
             "control_period": self.control_period,
         }
-        return {"plant": plant} | sensing | periods
+        return in_float64({"plant": plant} | sensing | periods)
 
 
 def control_steps(plant: PlantModel) -> int:
@@ -259,7 +259,9 @@ class SimulatedPlant:
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
         if tuple(part.size for part in parts) != self._counts:
-            raise _unfit_command(ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts"))
+            raise _unfit_command(
+                ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts")
+            )
         self._plant.send(*parts)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:

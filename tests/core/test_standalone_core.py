@@ -24,6 +24,7 @@ STRICT = [
     "-Wextra",
     "-Werror",
     "-Wno-psabi",
+    "-Wno-bitwise-instead-of-logical",  # & and | of masks, where a bool is the mask of one lane
     f"-I{CORE / 'include'}",
 ]
 PLAIN = ["-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
@@ -107,15 +108,6 @@ def test_program_compiles_for_aarch64_and_the_quick_ones_run(program: Path, tmp_
     run([compiler("aarch64-linux-gnu-g++"), *flags])
     if program.stem in ("fly_many", "interference_in_lanes", "joint_in_lanes"):
         assert run([compiler("qemu-aarch64"), str(binary)]) != ""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("header", HEADERS, ids=lambda path: path.name)
-@pytest.mark.parametrize("compiler_name", ["g++", "clang++"])
-def test_header_compiles_on_its_own(header: Path, compiler_name: str, tmp_path: Path) -> None:
-    alone = tmp_path / "alone.cpp"
-    alone.write_text(f'#include "{header.relative_to(CORE / "include")}"\n')
-    run([compiler(compiler_name), *STRICT, "-fsyntax-only", str(alone)])
 
 
 @pytest.mark.slow

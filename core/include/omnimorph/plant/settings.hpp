@@ -56,12 +56,12 @@ namespace plant {
 
 template <class Law, class = void> inline constexpr bool has_derived = false;
 template <class Law>
-inline constexpr bool has_derived<Law, std::void_t<decltype(std::declval<Law&>().derive(0, 0, 0.0))>> = true;
+inline constexpr bool has_derived<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
 
 /// Set what follows from the other fields of each law.
 template <class Laws> void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
-        if constexpr (has_derived<std::decay_t<decltype(law)>>) law.derive(n, m, h);
+        if constexpr (has_derived<std::decay_t<decltype(law)>>) derive(law, n, m, h);
     };
     std::apply([&](auto&... law) { (derive_one(law), ...); }, laws);
 }

@@ -1,6 +1,6 @@
 // The loop asks for nothing: with every rule of allocation, every effect, noise, filters and a delay it flies and is
-// recorded without exceptions and run-time types (-fno-exceptions -fno-rtti), and memory that it asked for would end the
-// program.
+// recorded without exceptions and run-time types (-fno-exceptions -fno-rtti), and memory that it asked for would end
+// the program.
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
@@ -46,16 +46,18 @@ struct Arrays {
     }
 };
 
-template <class T, int N> bool flies(const worn::Rule& rule, Integrator integrator) {
+template <int N> bool flies(const worn::Rule& rule, Integrator integrator) {
     Arrays arrays;
     const auto segments = paper::flight();
-    const auto settings = convert<LoopSettings<T, N>>(worn::loop(rule, integrator, 2));
-    const auto flight = std::make_unique<Flight<T, N>>(settings, paper::along(segments), FlightLimits{steps, 1, {1, 0}},
-                                                       PerLane<Record, T>{{arrays.record()}});
+    const auto settings = convert<LoopSettings<double, N>>(worn::loop(rule, integrator, 2));
+    const auto flight = std::make_unique<Flight<double, N>>(
+        settings, paper::along(segments), FlightLimits{steps, 1, {1, 0}}, PerLane<Record, double>{{arrays.record()}});
     is_poisoned = true;
     flight->advance(steps + 1);
     is_poisoned = false;
-    std::printf("%s: %s\n", rule.name, flight->status() == FlightStatus::completed ? "completed" : "LOST");
+    const Vec3<double>& p = flight->state().plant.motion.p;
+    std::printf("%s: %s at %a %a %a m\n", rule.name, flight->status() == FlightStatus::completed ? "completed" : "LOST",
+                p[0], p[1], p[2]);
     return flight->status() == FlightStatus::completed;
 }
 
@@ -66,8 +68,8 @@ int main() {
     bool well = worn::is_all_on(settings.plant) && settings.plant.delay.steps > 0 && settings.sensors.active;
     for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::runge_kutta_4})
         for (const worn::Rule& rule : worn::rules) {
-            well = flies<double, paper::rotors>(rule, integrator) && well;
-            well = flies<double, 0>(rule, integrator) && well;
+            well = flies<paper::rotors>(rule, integrator) && well;
+            well = flies<0>(rule, integrator) && well;
         }
     return well ? EXIT_SUCCESS : EXIT_FAILURE;
 }

@@ -82,6 +82,34 @@ def test_program_builds_and_runs(program: Path, tmp_path: Path) -> None:
     assert build_and_run(program, "g++", PLAIN, tmp_path) != ""
 
 
+def test_one_vehicle_needs_no_vector_extensions(tmp_path: Path) -> None:
+    """With OMNIMORPH_SCALAR; batches of vehicles in lanes and packs themselves are left out."""
+    in_lanes = {"math/pack.hpp", "flight/batch.hpp"}
+    names = [header.relative_to(CORE / "include" / "omnimorph").as_posix() for header in HEADERS]
+    everything = tmp_path / "everything.cpp"
+    everything.write_text(
+        "".join(f'#include "omnimorph/{name}"\n' for name in names if name not in in_lanes)
+    )
+    command = [compiler("g++"), *STRICT, "-E", str(everything)]
+    used = [
+        [word for word in ("vector_size", "pack.hpp") if word in run([*command, *define])]
+        for define in ([], ["-DOMNIMORPH_SCALAR"])
+    ]
+    assert used == [["vector_size", "pack.hpp"], []]
+
+
+@pytest.mark.slow
+def test_one_vehicle_flies_without_vector_extensions(tmp_path: Path) -> None:
+    """The same to the last bit, with every rule and effect."""
+    program = CORE / "tests" / "loop_alone.cpp"
+    alike = [
+        build_and_run(program, "g++", [*PLAIN, *define], tmp_path)
+        for define in ([], ["-DOMNIMORPH_SCALAR"])
+    ]
+    assert "completed" in alike[0]
+    assert alike[0] == alike[1]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("program", PROGRAMS, ids=lambda path: path.stem)
 @pytest.mark.parametrize(

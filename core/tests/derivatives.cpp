@@ -1,6 +1,6 @@
-// Derivatives through the headers: wrench map, tracking, allocation at fixed tilts (with no bound active, and with some),
-// the plant by both of its integrators, and the whole loop, in dual numbers. Exits 0 if every derivative is the one of
-// finite differences, and every value the one of doubles, to the last bit.
+// Derivatives through the headers: wrench map, tracking, allocation at fixed tilts (with no bound active, and with
+// some), the plant by both of its integrators, and the whole loop, in dual numbers. Exits 0 if every derivative is the
+// one of finite differences, and every value the one of doubles, to the last bit.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>

@@ -1,5 +1,5 @@
-// A dual number, a value and its derivative in one variable: what the headers need of a type of numbers that is not theirs.
-// Its functions are found by argument; everything else (min, clamp, with_sign …) comes from theirs.
+// A dual number, a value and its derivative in one variable: what the headers need of a type of numbers that is not
+// theirs. Its functions are found by argument; everything else (min, clamp, with_sign …) comes from theirs.
 #pragma once
 
 #include <type_traits>

@@ -1,6 +1,6 @@
-// The state of a flight is a value: small, plain, copied to branch a flight and stored to go on with it. Exits 0 if a branch
-// that begins without caches gives the same bits, with every rule, every effect and a delay, and if a stored state comes
-// back as it was, but none that is cut short, of another version or flight, or impossible.
+// The state of a flight is a value: small, plain, copied to branch a flight and stored to go on with it. Exits 0 if a
+// branch that begins without caches gives the same bits, with every rule, every effect and a delay, and if a stored
+// state comes back as it was, but none that is cut short, of another version or flight, or impossible.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

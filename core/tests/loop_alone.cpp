@@ -17,7 +17,7 @@ bool is_poisoned = false;
 }
 
 [[gnu::noinline]] void* operator new(std::size_t size) {
-    if (is_poisoned) std::puts("memory was asked for in flight");
+    if (is_poisoned) std::fputs("memory was asked for in flight\n", stderr);
     void* memory = is_poisoned ? nullptr : std::malloc(size);
     if (memory == nullptr) std::abort();
     return memory;

@@ -36,6 +36,7 @@ class Reader:
 
     text: str
     found: list[Template] = field(default_factory=list)
+    functions: list[str] = field(default_factory=list)  # what stands before the body of each
     understood: int = 0
 
     def read(self) -> list[Template]:
@@ -111,6 +112,7 @@ class Reader:
     def read_function(
         self, head: str, spaces: tuple[str, ...], owner: str, outer: tuple[str, ...]
     ) -> None:
+        self.functions.append(head)
         own, rest = self.split(head)
         is_friend = rest.startswith("friend")
         if not own and not (is_friend and outer):
@@ -202,6 +204,13 @@ def plain(text: str) -> str:
     text = re.sub(r"(?<![0-9a-fA-F])'(\\.|[^'\\\n])'", "' '", text)
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.DOTALL)
     return re.sub(r"^[ \t]*#(\\\n|[^\n])*", "", text, flags=re.MULTILINE)
+
+
+def functions_of(text: str) -> list[str]:
+    """Return the declaration of every function that a header defines, members too."""
+    reader = Reader(plain(text))
+    reader.read()
+    return reader.functions
 
 
 def templates_of(text: str) -> list[Template]:

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from tests.core.instantiation import program
+from tests.core.instantiation import functions_of, program
 from tests.core.test_standalone_core import CORE, HEADERS, STRICT, compiler, run
 
 INCLUDES = CORE / "include" / "omnimorph"
@@ -118,6 +118,31 @@ def test_a_mistake_that_only_instantiation_shows_is_found(tmp_path: Path) -> Non
     complaints = subprocess.run(command, capture_output=True, text=True).stderr
     kinds = ("a_function", "a_member", "a_member_template", "a_friend", "a_variable")
     assert [kind for kind in kinds if not re.search(rf"{kind}\b", complaints)] == []
+
+
+STEP = ("math", "model", "control", "estimate", "plant", "flight/loop.hpp")
+ON_A_DEVICE = {
+    name: header
+    for header in HEADERS
+    if (name := header.relative_to(INCLUDES).as_posix()).startswith(STEP)
+    and name != "math/fields.hpp"  # what converts records and lists their fields is for the host
+}
+
+
+@pytest.mark.parametrize("header", ON_A_DEVICE.values(), ids=ON_A_DEVICE.keys())
+def test_functions_that_a_step_calls_may_run_on_a_device(header: Path) -> None:
+    unmarked = [
+        head
+        for head in functions_of(header.read_text())
+        if "OMNIMORPH_FN" not in head and not head.endswith(" fields()")
+    ]
+    assert unmarked == []
+
+
+@pytest.mark.parametrize("header", ON_A_DEVICE.values(), ids=ON_A_DEVICE.keys())
+def test_a_step_reads_plain_values(header: Path) -> None:
+    containers = r"std::(vector|map|string|function|unique_ptr|shared_ptr|optional|any)\b"
+    assert re.findall(containers, header.read_text()) == []
 
 
 def test_a_template_parameter_without_a_value_is_found() -> None:

@@ -25,9 +25,9 @@ template <class T> struct CandidateTilts {
     T stay, change;  // α⁻, and ε, the most that the tilt may change
     T low, high;
 
-    int count() const { return rule.span == TiltSpan::window ? rule.count : rule.count + 1; }
+    OMNIMORPH_FN int count() const { return rule.span == TiltSpan::window ? rule.count : rule.count + 1; }
 
-    T operator[](int k) const {
+    OMNIMORPH_FN T operator[](int k) const {
         if (k == 0) return clamp(stay, low, high);
         if (rule.span == TiltSpan::range)
             return clamp(low + T(double(k - 1) / (rule.count - 1)) * (high - low), low, high);

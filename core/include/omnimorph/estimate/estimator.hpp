@@ -1,4 +1,4 @@
-// The estimator: from what the sensors read to what the controller takes for true.
+// The estimator: from a measurement to the estimate that the controller uses.
 #pragma once
 
 #include "sensors.hpp"
@@ -38,13 +38,13 @@ template <class T> struct LowPassState {
     }
 };
 
-/// The motion, a little off: by three numbers each in p, v, R exp([n]x) and w.
+/// The motion with an error on it: three numbers each for p, v, R exp([n]x) and w.
 template <class T> OMNIMORPH_FN Motion<T> with_error(const Motion<T>& motion, const Vec<T, 12>& error) {
     const auto part = [&](int kind) { return Vec3<T>{{error[3 * kind], error[3 * kind + 1], error[3 * kind + 2]}}; };
     return {motion.p + part(0), motion.v + part(1), motion.R * exp_so3(part(2)), motion.w + part(3)};
 }
 
-/// The estimate after a measurement; one that was had already changes no filter.
+/// The estimate after a measurement; one that the filters have had already does not change them.
 template <class T>
 OMNIMORPH_FN Estimate<T> estimate(const LowPass<T>& filter, const Measurement<T>& measured, LowPassState<T>& state) {
     if (!measured.has_error) return {measured.motion};
@@ -55,8 +55,8 @@ OMNIMORPH_FN Estimate<T> estimate(const LowPass<T>& filter, const Measurement<T>
     return {with_error(measured.motion, state.filtered)};
 }
 
-/// The estimate in a control step that someone asks for who may have left some out, or asks again: the errors of each
-/// step pass through the filters once.
+/// The estimate in a control step, for a caller that may skip steps or ask twice for one: the errors of each step pass
+/// through the filters once.
 template <class T>
 OMNIMORPH_FN Estimate<T> estimate_in_step(const MeasurementNoise<T>& sensors, const LowPass<T>& filter,
                                           const Motion<T>& motion, NoiseKey first, std::uint32_t control_step,

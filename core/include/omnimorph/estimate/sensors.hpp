@@ -1,4 +1,4 @@
-// Sensors: what is read of the motion is not the motion.
+// Sensors: the measurement of the motion, with noise.
 #pragma once
 
 #include "../math/random.hpp"

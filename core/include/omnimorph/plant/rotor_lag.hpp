@@ -1,4 +1,4 @@
-// Rotors take time to change speed.
+// Lag of the rotor speeds.
 #pragma once
 
 #include "actuators.hpp"

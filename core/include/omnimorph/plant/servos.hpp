@@ -1,4 +1,4 @@
-// A tilt servo follows its command late and only so fast.
+// Tilt servos: lag and rate limit.
 #pragma once
 
 #include "actuators.hpp"

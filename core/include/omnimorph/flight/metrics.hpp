@@ -62,7 +62,7 @@ template <class T> void write_sums(const FlightSums<T>& sums, int lane_number, d
 /// The sums of the flights in the lanes of T.
 template <class T, int N> class FlightMetrics {
   public:
-    /// The model's rotors tell how much energy their spinning holds, the plant's how much drag costs.
+    /// The kinetic energy of the rotors is that of the model's spin inertias, their drag power that of the plant.
     explicit FlightMetrics(const Vehicle<T, N>& model) : spin_inertia_(model.spin_inertia) {}
 
     const FlightSums<T>& sums() const { return sums_; }

@@ -23,7 +23,7 @@
 
 namespace omnimorph {
 
-/// Numbers that belong to someone else and outlive who reads them.
+/// A view of numbers owned elsewhere, which outlive it.
 struct Table {
     const double* numbers = nullptr;
     long size = 0;

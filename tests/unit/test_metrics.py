@@ -165,6 +165,14 @@ def test_shares_and_extremes() -> None:
     assert metrics.kkt_residual_max == 3e-10
 
 
+def test_tilts_of_several_servos_count_alike() -> None:
+    tilt = np.deg2rad([[0.0, 10.0, 20.0, 30.0, 40.0, 50.0], [10.0, 10.0, 10.0, 10.0, 10.0, 10.0]])
+    metrics = resting_run(2, load_vehicle("voliro"), tilt_actual=tilt).metrics
+    assert metrics.tilt_mean_deg == pytest.approx(17.5)
+    assert metrics.tilt_max_deg == pytest.approx(50.0)
+    assert metrics.tilt_min_deg == 0.0
+
+
 def test_a_residual_that_is_not_a_number_is_not_lost_among_others() -> None:
     for row in range(4):
         residual = np.full(4, 1e-12)

@@ -29,6 +29,10 @@ _DEGREE = math.degrees(1.0)
 _BEYOND_TILTS = 1e30  # rad: the smallest and the largest tilt of a vehicle without servos
 
 
+def _drag_energy(sums: FlightSums) -> FloatArray:
+    return sums.physics_step * sums.flown(sums.drag_power)
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Metrics:
     """The numbers of one flight.
@@ -90,13 +94,13 @@ class Metrics:
         "Σ h Σ_i c_tau |w_i|³ over rows 1 … K−1 (the speed at the end of each step acted over it): "
         "the rotor drag energy; w is the actual speed.",
         Measure("rotor drag energy", 1.0, "J"),
-        lambda sums: sums.physics_step * sums.flown(sums.drag_power),
+        _drag_energy,
         drag_power=lambda rows: rows.column("drag_power")[1:].sum(),
     )
     drag_energy_paper: float = metric(
         "The same with w in Hz and the torque per Hz², as the paper counts: `drag_energy_J` / 2π.",
         Measure("rotor drag energy, the paper's count", 1.0, "“J”"),
-        lambda sums: sums.physics_step * sums.flown(sums.drag_power) / _TURN,
+        lambda sums: _drag_energy(sums) / _TURN,
     )
     acceleration_energy_J: float = metric(
         "Σ max(0, ½ I (w_{k+1}² − w_k²)) over steps and rotors: what it took to speed the rotors "
@@ -144,11 +148,7 @@ class Metrics:
     power_mean_W: float = metric(
         "`drag_energy_J` / `duration_s`; not a number if nothing was flown.",
         Measure("rotor drag power, mean", 1.0, "W"),
-        lambda sums: np.where(
-            sums.duration > 0,
-            sums.physics_step * sums.flown(sums.drag_power) / sums.duration,
-            np.nan,
-        ),
+        lambda sums: np.where(sums.duration > 0, _drag_energy(sums) / sums.duration, np.nan),
     )
     kkt_residual_max: float = metric(
         "Largest KKT residual of the allocation; not a number if the allocator gives none.",

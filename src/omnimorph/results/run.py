@@ -103,7 +103,11 @@ _TEXTS = ("scenario_name", "scenario_text", "vehicle_text", "plant_name", "versi
 def _can_be_stored(text: object) -> bool:
     if not isinstance(text, str) or "\0" in text:
         return False
-    return not any("\ud800" <= character <= "\udfff" for character in text)
+    try:
+        text.encode()
+    except UnicodeEncodeError:  # half a pair of surrogates
+        return False
+    return True
 
 
 @dataclass(frozen=True, kw_only=True)

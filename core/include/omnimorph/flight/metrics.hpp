@@ -49,7 +49,8 @@ template <class T, int N> class FlightMetrics {
             x,      now, model_, truth, before_, x.step == 0, flight.time_left() < last_second, flight.control_is_due(),
             counts_};
         for_each(sums_, [&](auto& each) { each.add(row); });
-        before_ = x.plant.actuators;
+        for (int i = 0; i < truth.n_rotors; ++i) before_.speed[i] = x.plant.actuators.speed[i];
+        for (int j = 0; j < truth.n_servos; ++j) before_.tilt[j] = x.plant.actuators.tilt[j];
     }
 
   private:

@@ -88,7 +88,7 @@ class Batch {
 
 std::vector<std::string> sum_names() {
     std::vector<std::string> names;
-    std::apply([&](const auto&... sum) { (names.emplace_back(sum.name), ...); }, FlightSums<double>::fields());
+    for_each_sum(FlightSums<double>{}, [&](const char* name, const auto&) { names.emplace_back(name); });
     return names;
 }
 

@@ -18,7 +18,7 @@ import omnimorph as om
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import Segment, SegmentReference
-from omnimorph.results.metrics import PROOF
+from omnimorph.results.sums import PROOF
 
 PERIOD = 4e-3
 FOURTEEN = Path(__file__).with_name("fourteen_rotors.toml")

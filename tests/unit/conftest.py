@@ -11,6 +11,7 @@ import pytest
 
 from omnimorph.design.files import load_vehicle, vehicle_text
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.results.columns import sizes_of
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 
 OMNIMORPH = load_vehicle("omnimorph")
@@ -19,11 +20,9 @@ OMNIMORPH = load_vehicle("omnimorph")
 def build_random_run(rows: int = 20, vehicle: Vehicle = OMNIMORPH, seed: int = 3) -> Run:
     """Return a run full of random numbers."""
     rng = np.random.default_rng(seed)
-    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
-    sizes |= {"rotor": vehicle.n_rotors, "servo": vehicle.n_servos}
+    sizes = sizes_of(vehicle)
     columns: dict[str, Any] = {
-        column.name: rng.standard_normal((rows, *(sizes[dim] for dim in column.dims)))
-        for column in COLUMNS
+        column.name: rng.standard_normal(column.shape(rows, sizes)) for column in COLUMNS
     }
     columns["active"] = rng.integers(-1, 2, (rows, vehicle.n_rotors)).astype(np.int8)
     provenance = Provenance(

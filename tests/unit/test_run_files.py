@@ -14,7 +14,7 @@ import pytest
 
 from omnimorph.errors import RunFileError
 from omnimorph.results.run import Run
-from omnimorph.results.store import load_run
+from omnimorph.results.store import SCHEMA_VERSION, load_run
 
 
 def assert_refused(path: Path, reason: str) -> None:
@@ -66,7 +66,7 @@ def change_text(file: Any) -> None:
 
 
 def write_with_newer_schema(file: Any) -> None:
-    file.attrs["schema_version"] = 3
+    file.attrs["schema_version"] = SCHEMA_VERSION + 1
     file.attrs["omnimorph_version"] = "9.0"
 
 
@@ -103,7 +103,7 @@ def make_seed_a_list(file: Any) -> None:
         (remove_attribute, "the attribute seed is missing"),
         (change_number, "its content does not match its hash"),
         (change_text, "its content does not match its hash"),
-        (write_with_newer_schema, "its schema version is 3 (by omnimorph 9.0)"),
+        (write_with_newer_schema, f"its schema version is {SCHEMA_VERSION + 1} (by omnimorph 9.0)"),
         (write_with_odd_schema, 'schema_version is "first", but it must be an integer'),
         (rename_schema, "not a run of omnimorph"),
         (rename_outcome, 'outcome is "splendid", but it must be one of completed, under_way'),

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from omnimorph.results.metrics import LAST_SECOND, Metrics
+from omnimorph.results.metrics import Metrics
+from omnimorph.results.sums import LAST_SECOND
 
 if TYPE_CHECKING:
     from omnimorph.results.run import Run

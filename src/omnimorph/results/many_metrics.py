@@ -2,53 +2,19 @@
 
 from __future__ import annotations
 
-import dataclasses
-import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.results.metrics import Metrics
+from omnimorph.results.metrics import METRICS, Metrics, metrics_of_row, values_of
 from omnimorph.results.run import Outcome
+from omnimorph.results.sums import FlightSums
 
-__all__ = ["FlightSums", "ManyMetrics", "metrics_from_sums"]
+__all__ = ["ManyMetrics", "metrics_from_sums"]
 
-_TURN = 2.0 * math.pi
-_NAMES = tuple(field.name for field in dataclasses.fields(Metrics) if field.name != "outcome")
-
-
-class FlightSums(NamedTuple):
-    """Sums over the rows of each of n flights, (n,) each, in the order of the core's record.
-
-    Over all finite rows: how many, ‖p − p_d‖ (m), its square and maximum, the angle between R and
-    R_d (rad) likewise, ‖e_R‖, drag power (W, without the first row), kinetic energy that the rotors
-    gained (J), tilt (rad, over servos too) with its extremes, rows with a thrust at a limit, the
-    largest speed (rad/s) and KKT residual, control steps that were not proven; of the last second:
-    rows, ‖p − p_d‖ and the angle.
-    """
-
-    rows: FloatArray
-    distance: FloatArray
-    distance_squared: FloatArray
-    distance_max: FloatArray
-    angle: FloatArray
-    angle_squared: FloatArray
-    angle_max: FloatArray
-    sine: FloatArray
-    drag_power: FloatArray
-    energy_gained: FloatArray
-    tilt: FloatArray
-    tilt_min: FloatArray
-    tilt_max: FloatArray
-    saturated_rows: FloatArray
-    speed_max: FloatArray
-    kkt_residual_max: FloatArray
-    unproven_steps: FloatArray
-    last_rows: FloatArray
-    last_distance: FloatArray
-    last_angle: FloatArray
+_NAMES = tuple(metric.name for metric in METRICS)
 
 
 class ManyMetrics:
@@ -88,8 +54,7 @@ class ManyMetrics:
 
     def __getitem__(self, row: int) -> Metrics:
         """Return the metrics of the flight in one row."""
-        numbers = {name: column[row].item() for name, column in self._columns.items()}
-        return Metrics(**numbers, outcome=self.outcome[row])
+        return metrics_of_row(self._columns, row, self.outcome[row])
 
     def as_dict(self) -> dict[str, Any]:
         """Return all columns by name, as pandas, polars and pyarrow take them."""
@@ -97,51 +62,24 @@ class ManyMetrics:
 
 
 def metrics_from_sums(
-    sums: FlightSums, outcomes: Sequence[Outcome], *, physics_step: float, n_servos: int
+    sums: Mapping[str, FloatArray],
+    outcomes: Sequence[Outcome],
+    *,
+    physics_step: float,
+    n_servos: int,
 ) -> ManyMetrics:
     """Compute the metrics of many flights from the sums over their rows.
 
     Parameters
     ----------
-    sums : FlightSums
-        Of n flights.
+    sums : mapping of str to (n,) array
+        By the names that the core gives them.
     outcomes : sequence of Outcome
-        One for each.
+        One for each flight.
     physics_step : float, s
         Between two rows.
     n_servos : int
         Over which the tilts are summed.
     """
-    completed = np.array([outcome is Outcome.COMPLETED for outcome in outcomes])
-    with np.errstate(all="ignore"):  # a flight without a finite row has no mean
-        rows = np.where(sums.rows > 0, sums.rows, np.nan)
-        duration = np.where(sums.rows > 0, physics_step * (sums.rows - 1), 0.0)
-        last_rows = np.where(completed, sums.last_rows, np.nan)
-        drag = physics_step * sums.drag_power + 0.0 * rows
-        spin_up = sums.energy_gained + 0.0 * rows
-        tilts = rows * n_servos if n_servos else np.full(len(rows), np.nan)
-        columns = {
-            "position_error_mean_m": sums.distance / rows,
-            "position_error_rms_m": np.sqrt(sums.distance_squared / rows),
-            "position_error_max_m": sums.distance_max + 0.0 * rows,
-            "attitude_error_mean_rad": sums.angle / rows,
-            "attitude_error_rms_rad": np.sqrt(sums.angle_squared / rows),
-            "attitude_error_max_rad": sums.angle_max + 0.0 * rows,
-            "attitude_error_paper": sums.sine / rows,
-            "drag_energy_J": drag,
-            "drag_energy_paper": drag / _TURN,
-            "acceleration_energy_J": spin_up,
-            "acceleration_energy_paper": spin_up / _TURN**2,
-            "tilt_mean_deg": np.rad2deg(sums.tilt / tilts),
-            "tilt_max_deg": np.rad2deg(sums.tilt_max) + 0.0 * tilts,
-            "tilt_min_deg": np.rad2deg(sums.tilt_min) + 0.0 * tilts,
-            "saturated_share": sums.saturated_rows / rows,
-            "speed_max_Hz": sums.speed_max / _TURN + 0.0 * rows,
-            "power_mean_W": np.where(duration > 0, drag / duration, np.nan),
-            "kkt_residual_max": sums.kkt_residual_max + 0.0 * rows,
-            "unproven_steps": sums.unproven_steps.astype(np.int64),
-            "position_error_last_second_m": sums.last_distance / last_rows,
-            "attitude_error_last_second_rad": sums.last_angle / last_rows,
-            "duration_s": duration,
-        }
-    return ManyMetrics(columns, outcomes)
+    completed = np.array([outcome is Outcome.COMPLETED for outcome in outcomes], dtype=bool)
+    return ManyMetrics(values_of(FlightSums(sums, completed, physics_step, n_servos)), outcomes)

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from omnimorph.design.vehicle import Vehicle
+from omnimorph.results.columns import sizes_of
 from omnimorph.results.run import COLUMNS
 
 __all__ = ["SCHEMA_VERSION", "add_missing", "names_in_file"]
 
-SCHEMA_VERSION = 2
-"""Grows when the meaning of a file changes; older files stay readable.
+SCHEMA_VERSION = max(column.since for column in COLUMNS)
+"""Grows with each column that is new; older files, which lack it, stay readable.
 
 1 had the thrust commanded as ``thrust``, the actual tilt as ``tilt``, and no actual thrust.
 """
@@ -46,10 +48,14 @@ def names_in_file(version: int) -> dict[str, str]:
     >>> names_in_file(1)["tilt_actual"], "thrust_actual" in names_in_file(1)
     ('tilt', False)
     """
-    return _SCHEMA_1 if version == 1 else {column.name: column.name for column in COLUMNS}
-
-
-def add_missing(columns: dict[str, Any], version: int) -> None:
-    """Add the columns that files of a schema lack: numbers that nobody recorded are NaN."""
     if version == 1:
-        columns["thrust_actual"] = np.full(np.shape(columns["thrust_command"]), np.nan)
+        return _SCHEMA_1
+    return {column.name: column.name for column in COLUMNS if column.since <= version}
+
+
+def add_missing(columns: dict[str, Any], version: int, vehicle: Vehicle) -> None:
+    """Add the columns that files of a schema lack: numbers that nobody recorded are NaN."""
+    held, rows, sizes = names_in_file(version), np.size(columns["time"]), sizes_of(vehicle)
+    columns |= {
+        column.name: column.unrecorded(rows, sizes) for column in COLUMNS if column.name not in held
+    }

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
+from omnimorph.results.columns import Column, column, columns_of, described, sizes_of
 from omnimorph.results.metrics import Metrics, metrics_from_run
 
 __all__ = ["COLUMNS", "Column", "Outcome", "Performance", "Provenance", "Run"]
@@ -121,91 +122,26 @@ class Performance:
     real_time_factor: float
 
 
-class Column(NamedTuple):
-    """What one column of a run is.
-
-    Attributes
-    ----------
-    name : str
-        The attribute of `Run`, and the variable in its file.
-    dims : tuple of str
-        Names of the dimensions after time.
-    units, frame, long_name : str
-        Frame "" where there is none.
-    """
-
-    name: str
-    dims: tuple[str, ...]
-    units: str
-    frame: str
-    long_name: str
-
-
-_MATRIX = ("axis_W", "axis_B")
 _WRENCH_UNITS = "N (force), N m (torque)"
 _BODY_TO_WORLD = "W from B"
-
-COLUMNS: tuple[Column, ...] = (
-    Column("p_WB", ("axis",), "m", "W", "position of the centre of mass"),
-    Column("R_WB", _MATRIX, "1", _BODY_TO_WORLD, "attitude, rotation matrix"),
-    Column("v_WB", ("axis",), "m/s", "W", "velocity of the centre of mass"),
-    Column("w_WB_B", ("axis",), "rad/s", "B", "body rate"),
-    Column("desired_p_WB", ("axis",), "m", "W", "desired position"),
-    Column("desired_R_WB", _MATRIX, "1", _BODY_TO_WORLD, "desired attitude, rotation matrix"),
-    Column("desired_v_WB", ("axis",), "m/s", "W", "desired velocity"),
-    Column("desired_w_WB_B", ("axis",), "rad/s", "B desired", "desired body rate"),
-    Column("thrust_command", ("rotor",), "N", "", "thrust commanded, along the rotor's axis"),
-    Column("thrust_actual", ("rotor",), "N", "", "actual thrust, along the rotor's axis"),
-    Column("speed", ("rotor",), "rad/s", "", "actual speed of the rotor"),
-    Column("tilt_command", ("servo",), "rad", "", "tilt commanded"),
-    Column("tilt_actual", ("servo",), "rad", "", "actual tilt"),
-    Column("wrench_asked", ("wrench",), _WRENCH_UNITS, "B", "wrench the controller asked for"),
-    Column("wrench_achieved", ("wrench",), _WRENCH_UNITS, "B", "wrench the rotors made"),
-    Column("drag_power", (), "W", "", "power against the drag of all rotors, by the true vehicle"),
-    Column("cost", (), "1", "", "cost of the allocation"),
-    Column("kkt_residual", (), "1", "", "KKT residual of the allocation, scaled problem"),
-    Column("active", ("rotor",), "1", "", "limit at which the thrust was commanded"),
-)
-"""Every column of a run but `time`, in the order in which they are stored and hashed."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Run:
     """One flight: K rows over time, how it ended, and where it comes from.
 
+    The columns are declared below, each with what it is; its documentation follows from that.
+
     The arrays are kept, not copied: hand them over and do not write to them afterwards. Through the
     run they are read-only. n is the number of rotors, m of servos.
 
+    Raises
+    ------
+    InputError
+        If a column does not have its shape.
+
     Attributes
     ----------
-    time : (K,) array, s
-        t_k = k times the physics step.
-    p_WB, v_WB : (K, 3) array, m and m/s, in W
-        Position and velocity of the centre of mass.
-    R_WB : (K, 3, 3) array
-        Attitude: columns are the axes of B in W.
-    w_WB_B : (K, 3) array, rad/s, in B
-        Body rate.
-    desired_p_WB, desired_R_WB, desired_v_WB, desired_w_WB_B : arrays
-        The desired motion, likewise; the body rate in the desired B.
-    thrust_command, thrust_actual : (K, n) array, N
-        Along the axis of each rotor: the thrust commanded, and the one that the rotor gives at its
-        actual speed, by the true coefficient, less what damage and wakes take. The actual one is
-        NaN in a run read from a file of schema 1, which lacks it.
-    speed : (K, n) array, rad/s
-        Actual speed.
-    tilt_command, tilt_actual : (K, m) array, rad
-        Commanded and actual tilt.
-    wrench_asked, wrench_achieved : (K, 6) array, N and N m, in B
-        Force, then torque: what the controller asked for (NaN if it asked for none), what the
-        rotors made.
-    drag_power : (K,) array, W
-        Σ c_τ |w|³ with the drag coefficients of the vehicle that flew, which need not be those the
-        controller believes in.
-    cost, kkt_residual : (K,) array
-        Of the allocation: its cost, and the KKT residual of the scaled problem, its proof.
-    active : (K, n) array of int8
-        −1 where the commanded thrust is at its lower limit, +1 at its upper, 0 between.
     outcome : Outcome
         How the flight ended.
     vehicle : Vehicle
@@ -214,48 +150,91 @@ class Run:
         Where the run comes from.
     performance : Performance
         How fast it was computed.
-
-    Raises
-    ------
-    InputError
-        If a column does not have its shape.
+    time : (K,) array, s
+        t_k = k times the physics step.
     """
 
     time: FloatArray
-    p_WB: FloatArray
-    R_WB: FloatArray
-    v_WB: FloatArray
-    w_WB_B: FloatArray
-    desired_p_WB: FloatArray
-    desired_R_WB: FloatArray
-    desired_v_WB: FloatArray
-    desired_w_WB_B: FloatArray
-    thrust_command: FloatArray
-    thrust_actual: FloatArray
-    speed: FloatArray
-    tilt_command: FloatArray
-    tilt_actual: FloatArray
-    wrench_asked: FloatArray
-    wrench_achieved: FloatArray
-    drag_power: FloatArray
-    cost: FloatArray
-    kkt_residual: FloatArray
-    active: NDArray[np.int8]
+    p_WB: FloatArray = column("m", "axis", frame="W", long_name="position of the centre of mass")
+    R_WB: FloatArray = column(
+        "1",
+        "axis_W",
+        "axis_B",
+        frame=_BODY_TO_WORLD,
+        long_name="attitude, rotation matrix",
+        more="Its columns are the axes of B in W.",
+    )
+    v_WB: FloatArray = column("m/s", "axis", frame="W", long_name="velocity of the centre of mass")
+    w_WB_B: FloatArray = column("rad/s", "axis", frame="B", long_name="body rate")
+    desired_p_WB: FloatArray = column("m", "axis", frame="W", long_name="desired position")
+    desired_R_WB: FloatArray = column(
+        "1",
+        "axis_W",
+        "axis_B",
+        frame=_BODY_TO_WORLD,
+        long_name="desired attitude, rotation matrix",
+    )
+    desired_v_WB: FloatArray = column("m/s", "axis", frame="W", long_name="desired velocity")
+    desired_w_WB_B: FloatArray = column(
+        "rad/s",
+        "axis",
+        frame="B desired",
+        long_name="desired body rate",
+        more="In the axes of the desired B.",
+    )
+    thrust_command: FloatArray = column(
+        "N", "rotor", long_name="thrust commanded, along the rotor's axis"
+    )
+    thrust_actual: FloatArray = column(
+        "N",
+        "rotor",
+        long_name="actual thrust, along the rotor's axis",
+        more="At its actual speed, by the true coefficient, less what damage and wakes take.",
+        since=2,
+    )
+    speed: FloatArray = column("rad/s", "rotor", long_name="actual speed of the rotor")
+    tilt_command: FloatArray = column("rad", "servo", long_name="tilt commanded")
+    tilt_actual: FloatArray = column("rad", "servo", long_name="actual tilt")
+    wrench_asked: FloatArray = column(
+        _WRENCH_UNITS,
+        "wrench",
+        frame="B",
+        long_name="wrench the controller asked for",
+        more="NaN if it asked for none.",
+    )
+    wrench_achieved: FloatArray = column(
+        _WRENCH_UNITS, "wrench", frame="B", long_name="wrench the rotors made"
+    )
+    drag_power: FloatArray = column(
+        "W",
+        long_name="power against the drag of all rotors, by the true vehicle",
+        more="Σ c_τ |w|³; the controller need not believe in the same coefficients.",
+    )
+    cost: FloatArray = column("1", long_name="cost of the allocation")
+    kkt_residual: FloatArray = column(
+        "1",
+        long_name="KKT residual of the allocation, scaled problem",
+        more="The proof that it is optimal.",
+    )
+    active: NDArray[np.int8] = column(
+        "1",
+        "rotor",
+        long_name="limit at which the thrust was commanded",
+        more="−1 at the lower, +1 at the upper, 0 between.",
+        flags={-1: "lower_limit", 0: "free", 1: "upper_limit"},
+    )
     outcome: Outcome
     vehicle: Vehicle = field(repr=False)
     provenance: Provenance
     performance: Performance
 
     def __post_init__(self) -> None:
-        sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
-        sizes |= {"rotor": self.vehicle.n_rotors, "servo": self.vehicle.n_servos}
-        rows = np.size(self.time)
+        sizes, rows = sizes_of(self.vehicle), np.size(self.time)
         if rows == 0:
             raise InputError.at("run", "number of rows", 0, "at least 1")
         self._keep("time", (rows,), np.float64)
-        for column in COLUMNS:
-            dtype = np.int8 if column.name == "active" else np.float64
-            self._keep(column.name, (rows, *(sizes[dim] for dim in column.dims)), dtype)
+        for declared in COLUMNS:
+            self._keep(declared.name, declared.shape(rows, sizes), declared.dtype)
 
     def _keep(self, name: str, shape: tuple[int, ...], dtype: type) -> None:
         array: NDArray[Any] = np.asarray(getattr(self, name), dtype=dtype).view()
@@ -310,3 +289,10 @@ class Run:
         from omnimorph.results.store import save_run
 
         save_run(self, path, compression=compression)
+
+
+COLUMNS: tuple[Column, ...] = columns_of(Run)
+"""Every column of a run but `time`, in the order in which they are stored and hashed."""
+
+if Run.__doc__ is not None:  # as under python -OO
+    Run.__doc__ = Run.__doc__.rstrip() + "\n" + "".join(map(described, COLUMNS))

@@ -216,9 +216,9 @@ def _add_column(
     data.attrs["long_name"] = _text(column.long_name)
     if column.frame:
         data.attrs["frame"] = _text(column.frame)
-    if column.name == "active":
-        data.attrs["flag_values"] = np.array([-1, 0, 1], dtype=np.int8)
-        data.attrs["flag_meanings"] = _text("lower_limit free upper_limit")
+    if column.flags:
+        data.attrs["flag_values"] = np.array([*column.flags], dtype=column.dtype)
+        data.attrs["flag_meanings"] = _text(" ".join(column.flags.values()))
 
 
 def _read_hdf5(path: str | Path, file: Any) -> Run:
@@ -247,11 +247,12 @@ def _read(path: str | Path, file: Any) -> Run:
         provenance = Provenance(**told)
         if _hash(columns, outcome, provenance, version) != provenance.content_hash:
             raise _unreadable(path, "its content does not match its hash: changed or damaged")
-        add_missing(columns, version)
+        vehicle = parse_vehicle(provenance.vehicle_text, f"{path}: vehicle", questioned=False)
+        add_missing(columns, version, vehicle)
         return Run(
             **columns,
             outcome=outcome,
-            vehicle=parse_vehicle(provenance.vehicle_text, f"{path}: vehicle", questioned=False),
+            vehicle=vehicle,
             provenance=provenance,
             performance=_performance(file),
         )

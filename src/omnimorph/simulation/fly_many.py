@@ -16,7 +16,7 @@ from omnimorph import _core
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.flights import BatchPerformance, Flights, Precision
-from omnimorph.results.many_metrics import FlightSums, metrics_from_sums
+from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
 from omnimorph.simulation.loop_parts import (
@@ -190,12 +190,12 @@ class _Batch:
         status = [_core.FlightStatus(code) for code in self.core.status()]
         finished = np.flatnonzero([one != _core.FlightStatus.FLYING for one in status])
         outcomes = [OUTCOMES[status[row]] for row in finished]
-        sums = FlightSums(*np.ascontiguousarray(self.core.sums()[finished].T))
+        sums = np.ascontiguousarray(self.core.sums()[finished].T)
         steps = sum(self.core.last_step(row) for row in finished.tolist())
         return Flights(
             number=self.first + finished,
             metrics=metrics_from_sums(
-                sums,
+                dict(zip(batch_module().sum_names, sums, strict=True)),
                 outcomes,
                 physics_step=self.scenario.plant.physics_step,
                 n_servos=self.scenario.vehicle.n_servos,

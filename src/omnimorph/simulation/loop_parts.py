@@ -21,6 +21,7 @@ from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
+from omnimorph.results.columns import sizes_of
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.parts_in_flight import in_flight
 from omnimorph.simulation.plant import control_steps, core_motion
@@ -187,12 +188,8 @@ def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
 
 def bytes_of_a_row(vehicle: Vehicle) -> int:
     """Return how much memory a row of a recorded flight takes."""
-    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
-    sizes |= {"rotor": vehicle.n_rotors, "servo": vehicle.n_servos}
-    return 8 + sum(  # 8 for its time
-        math.prod(sizes[dim] for dim in column.dims) * (1 if column.name == "active" else 8)
-        for column in COLUMNS
-    )
+    sizes = sizes_of(vehicle)
+    return 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)  # 8 for its time
 
 
 def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:

@@ -1,0 +1,142 @@
+"""How a recorded column is declared: once, where `Run` lists it.
+
+::
+
+    tilt_actual: FloatArray = column("rad", "servo", long_name="actual tilt")
+
+From the declaration follow the attribute and its documentation, its shape and type, the variable in
+a run's file with its units, frame and names, its place in the hash, the memory it takes, and how
+files are read that were written before it was recorded: there it is NaN (0, if it holds flags). A
+new column is declared with the next number as its `since`, which becomes the schema of the files
+that have it, so that an older omnimorph asks for a newer one instead of misreading them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import textwrap
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from omnimorph.design.vehicle import Vehicle
+
+__all__ = ["Column", "Sizes", "column", "columns_of", "described", "sizes_of"]
+
+Sizes = Mapping[str, int]
+"""How long each dimension is, by its name."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Column:
+    """What one column of a run is.
+
+    Attributes
+    ----------
+    name : str
+        The attribute of `Run`, and the variable in its file.
+    dims : tuple of str
+        Names of the dimensions after time.
+    units, frame, long_name : str
+        Frame "" where there is none.
+    more : str
+        What is to be said beside the long name, in sentences; "" for nothing.
+    flags : mapping of int to str
+        What each number means, where they are flags; empty where they are quantities.
+    since : int
+        The first schema of files that have it.
+    """
+
+    name: str = ""
+    dims: tuple[str, ...]
+    units: str
+    frame: str
+    long_name: str
+    more: str
+    flags: Mapping[int, str]
+    since: int
+
+    @property
+    def dtype(self) -> type:
+        """Type of its numbers."""
+        return np.int8 if self.flags else np.float64
+
+    def shape(self, rows: int, sizes: Sizes) -> tuple[int, ...]:
+        """Return the shape of so many rows."""
+        return (rows, *(sizes[dim] for dim in self.dims))
+
+    def bytes_of_a_row(self, sizes: Sizes) -> int:
+        """Return how much memory a row takes."""
+        return math.prod(self.shape(1, sizes)) * np.dtype(self.dtype).itemsize
+
+    def unrecorded(self, rows: int, sizes: Sizes) -> NDArray[Any]:
+        """Return so many rows of what nobody recorded: NaN, or 0 where they are flags."""
+        return np.full(self.shape(rows, sizes), 0 if self.flags else np.nan, self.dtype)
+
+
+def column(
+    units: str,
+    *dims: str,
+    long_name: str,
+    frame: str = "",
+    more: str = "",
+    flags: Mapping[int, str] | None = None,
+    since: int = 1,
+) -> Any:
+    """Declare a column of a run: see `Column` for what the arguments say of it."""
+    declared = Column(
+        dims=dims,
+        units=units,
+        frame=frame,
+        long_name=long_name,
+        more=more,
+        flags=flags or {},
+        since=since,
+    )
+    return dataclasses.field(metadata={"column": declared})
+
+
+def columns_of(run: Any) -> tuple[Column, ...]:
+    """Return the declared columns of a class of runs, in their order."""
+    return tuple(
+        dataclasses.replace(field.metadata["column"], name=field.name)
+        for field in dataclasses.fields(run)
+        if "column" in field.metadata
+    )
+
+
+def sizes_of(vehicle: Vehicle) -> Sizes:
+    """Return how long the dimensions of a vehicle's columns are.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> sizes = sizes_of(om.load_vehicle("omnimorph"))
+    >>> sizes["rotor"], sizes["servo"]
+    (8, 1)
+    """
+    sizes = {"axis": 3, "axis_W": 3, "axis_B": 3, "wrench": 6}
+    return sizes | {"rotor": vehicle.n_rotors, "servo": vehicle.n_servos}
+
+
+def described(column: Column) -> str:
+    """Return the entry of a column in the documentation of a run's attributes."""
+    letters = {"rotor": "n", "servo": "m", "wrench": "6"}
+    shape = ", ".join(["K", *(letters.get(dim, "3") for dim in column.dims)])
+    kind = [f"({shape}{'' if column.dims else ','}) array{' of int8' if column.flags else ''}"]
+    kind += [column.units] if column.units != "1" else []
+    kind += [f"in {column.frame}"] if len(column.frame) == 1 else []
+    said = f"{column.long_name[0].upper()}{column.long_name[1:]}. {column.more}".rstrip()
+    if column.since > 1:
+        said += (
+            f" {'0' if column.flags else 'NaN'} in a run of a file before schema {column.since}."
+        )
+    return f"    {column.name} : {', '.join(kind)}\n{_in_lines(said)}\n"
+
+
+def _in_lines(said: str) -> str:
+    return textwrap.fill(said, 100, initial_indent=8 * " ", subsequent_indent=8 * " ")

@@ -10,8 +10,9 @@ namespace omnimorph {
 /// passes as it is.
 template <class T> struct LowPass {
     static constexpr const char* name = "low-pass";
-    Vec<T, 4> cutoff{};  // rad/s, of position, velocity, attitude and body rate; 0 for none
-    Vec<T, 4> gain{};    // 1 - e^(-period cutoff)
+    static constexpr bool follows_motion = true;  // it gives the motion itself where the sensors have no error
+    Vec<T, 4> cutoff{};                           // rad/s, of position, velocity, attitude and body rate; 0 for none
+    Vec<T, 4> gain{};                             // 1 - e^(-period cutoff)
 
     static constexpr auto fields() {
         return std::make_tuple(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));

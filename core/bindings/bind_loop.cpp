@@ -29,7 +29,7 @@ void make_controller_settings(AnyControllerSettings* self, const nb::dict& field
         throw nb::value_error("candidates are odd and three or more");
 }
 
-/// An allocation as Python sees it; it knows how many rotors and servos it speaks of.
+/// An allocation as Python sees it; with the counts of rotors and servos that it holds.
 struct AllocationView {
     AnyAllocation a;
     int n, m;

@@ -11,8 +11,8 @@ struct BoundSettings {
     Tables tables;
 };
 
-/// From a dict of every field; the vehicle of the plant is one that was made before, and says how many rotors there
-/// are.
+/// From a dict of every field; the vehicle of the plant is one that was made before, and holds the
+/// rotor count.
 inline void make_settings(BoundSettings* self, const nb::dict& fields) {
     new (self) BoundSettings();
     const auto& truth = nb::cast<const AnyVehicle&>(nb::cast<nb::dict>(fields["plant"])["vehicle"]);

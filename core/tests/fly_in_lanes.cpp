@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "paper.hpp"
+#include "worn.hpp"
 
 using namespace omnimorph;
 
@@ -14,57 +14,11 @@ namespace {
 constexpr int every = 4, steps = 2000;
 constexpr NoiseKey first_flight{7, 40};
 
-PlantSettings<double, paper::rotors> worn_plant(const Vehicle<double, paper::rotors>& vehicle, Integrator integrator) {
-    auto plant = paper::perfect_plant(vehicle);
-    plant.integrator = integrator;
-    plant.delay = {true, 3};
-    plant.rotor_momentum.active = plant.interference.active = true;
-    auto& limits = get<SpeedLimits<double, paper::rotors>>(plant.rotor_laws);
-    auto& dead_band = get<DeadBand<double, paper::rotors>>(plant.rotor_laws);
-    auto& rotor_lag = get<RotorLag<double, paper::rotors>>(plant.rotor_laws);
-    auto& servo_lag = get<ServoLag<double>>(plant.servo_laws);
-    auto& servo_rate_limit = get<ServoRateLimit<double>>(plant.servo_laws);
-    limits.active = dead_band.active = rotor_lag.active = servo_lag.active = servo_rate_limit.active = true;
-    for (int i = 0; i < paper::rotors; ++i) {
-        plant.effectiveness[i] = 0.95 + 0.01 * (i % 3);
-        limits.speed_min[i] = vehicle.speed_min[i];
-        limits.speed_max[i] = vehicle.speed_max[i];
-        dead_band.smallest[i] = 30 * 2 * paper::pi;
-        rotor_lag.up[i] = 0.010;
-        rotor_lag.down[i] = 0.014;
-    }
-    dead_band.reversal_time = 0.005;
-    servo_lag.time_constant[0] = 0.02;
-    servo_rate_limit.rate[0] = vehicle.rate_max[0];
-    get<ConstantWrench<double>>(plant.forces) = {true, {{0.2, 0, 0.1, 0, 0.001, 0}}};
-    get<SineWrench<double>>(plant.forces) = {true, {{0.1, 0.1, 0, 0, 0, 0.002}}, 3, 0};
-    static const double rows[] = {0, 0, 0, 0, 0, 0, 0, 1, 0.05, 0, 0, 0, 0, 0};
-    get<WrenchProfile<double>>(plant.forces) = {true, {rows, 14}};
-    return plant;
-}
-
-struct Rule {
-    const char* name;
-    AllocationRule<double> rule;
-    bool position_first = false;
-};
-const Rule rules[] = {{"three candidates", TiltCandidates{TiltSpan::window, 3}},
-                      {"three candidates, position first", TiltCandidates{TiltSpan::window, 3}, true},
-                      {"the best in the window", TiltCandidates{TiltSpan::window, 7}},
-                      {"towards the best in the range", TiltCandidates{TiltSpan::range, 13}},
-                      {"thrusts and tilt jointly", JointTilt<double>{0}}};
-
-/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight 40 +
-/// k.
-template <class T, int N = paper::rotors> Motion<T> fly(const Rule& rule, Integrator integrator, std::uint32_t number) {
-    const auto vehicle = paper::vehicle();
-    auto controller = paper::case_b(vehicle, every * paper::step);
-    controller.allocation.rule = rule.rule;
-    if (rule.position_first) controller.tracking.position_first = {true, 0.05, 0, 0};
-    auto settings = paper::loop(controller, worn_plant(vehicle, integrator), every);
-    get<MeasurementNoise<double>>(settings.sensors) = {true, {{1e-3, 1e-2, 3e-3, 1e-2}}};
-    std::get<LowPass<double>>(settings.estimator).cutoff = {{0, 0, 150, 150}};
-    derive(settings);
+/// Two seconds of Case B in number type T, for a type with N rotors or (0) counted at run time; lane k is flight
+/// 40 + k.
+template <class T, int N = paper::rotors>
+Motion<T> fly(const worn::Rule& rule, Integrator integrator, std::uint32_t number) {
+    const auto settings = worn::loop(rule, integrator, every);
     const auto segments = paper::flight();
     const auto flight =
         std::make_unique<Flight<T, N>>(convert<LoopSettings<T, N>>(settings), paper::along(segments),
@@ -88,7 +42,7 @@ template <class T> double difference(const Motion<T>& many, int index, const Mot
 int main() {
     bool well = true;
     for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::runge_kutta_4})
-        for (const Rule& rule : rules) {
+        for (const worn::Rule& rule : worn::rules) {
             const auto four = fly<Pack<double, 4>>(rule, integrator, first_flight.flight);
             const auto counted = fly<double, 0>(rule, integrator, first_flight.flight);
             const auto single = fly<float>(rule, integrator, first_flight.flight);

@@ -62,7 +62,7 @@ int main() {
                 PerRotor<double, rotors> speed{};
                 for (int i = 0; i < rotors; ++i) tilt[i] = tilts[i][k], speed[i] = speeds[i][k];
                 const auto share = kept(alone, tilt, speed);
-                const auto counted_share = kept(counted, tilt, cast<double, 0>(speed, rotors));
+                const auto counted_share = kept(counted, tilt, convert<PerRotor<double, 0>>(speed));
                 for (int i = 0; i < rotors; ++i) {
                     different += !(shares[i][k] == share[i]) || !(counted_share[i] == share[i]);
                     losing += share[i] < 1;

@@ -105,7 +105,9 @@ template <int N> bool agrees() {
         for (int k = 0; k < 4; ++k) {
             const auto alone = answer<double, N>(v, one[k]);
             const Situation<double, 0> uncounted{
-                one[k].state, one[k].acceleration, {cast<double, 0>(one[k].before.thrust, N), one[k].before.tilt}};
+                one[k].state,
+                one[k].acceleration,
+                {convert<PerRotor<double, 0>>(one[k].before.thrust), one[k].before.tilt}};
             const auto counted = answer<double, 0>(v, uncounted);
             for (int i = 0; i < N; ++i)
                 apart = std::max({apart, std::fabs(four.command.thrust[i][k] - alone.command.thrust[i]),

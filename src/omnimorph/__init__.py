@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from omnimorph.simulation import effects
     from omnimorph.simulation.fly import fly
     from omnimorph.simulation.fly_many import fly_many
+    from omnimorph.simulation.paths import paths, replaced, value_at
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
     from omnimorph.simulation.scenario import Scenario
     from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
@@ -90,10 +91,13 @@ _HOME = {
     "load_run": "results.store",
     "load_scenario": "simulation.scenario_files",
     "load_vehicle": "design.files",
+    "paths": "simulation.paths",
     "propose_controller": "control.gains",
+    "replaced": "simulation.paths",
     "speed_steps": "simulation.speed_profile",
     "stability_margins": "control.margins",
     "textbook": "textbook",
+    "value_at": "simulation.paths",
 }
 _MODULES = {"analysis", "effects", "identification", "textbook"}
 
@@ -140,10 +144,13 @@ __all__ = [
     "load_run",
     "load_scenario",
     "load_vehicle",
+    "paths",
     "propose_controller",
+    "replaced",
     "speed_steps",
     "stability_margins",
     "textbook",
+    "value_at",
 ]
 
 

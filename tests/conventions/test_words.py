@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PLACES = ("src", "docs", "examples", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")
-KINDS = (".py", ".j2", ".toml", ".md")
+PLACES = ("src", "core", "docs", "examples", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+KINDS = (".py", ".hpp", ".cpp", ".j2", ".toml", ".md")
 # What may not be read anywhere, and what is said instead.
 BANNED = {
     r"\b(told|tells?|telling)\b": "said, given, measured, commanded",

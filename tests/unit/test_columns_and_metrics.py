@@ -26,16 +26,16 @@ PACKAGE = Path(om.__file__).parent
 
 # What someone writes who wants another column and another metric: nothing but these two pieces.
 NEW_COLUMN = """\
-    rest_left: FloatArray = column(
-        "s", "rotor", long_name="how long a reversing rotor still rests", since={since}
+    motor_current: FloatArray = column(
+        "A", "rotor", long_name="current of the rotor's motor", since={since}
     )
 """
 NEW_METRIC = """\
-    rest_longest_ms: float = metric(
-        "How long a rotor rests at most.",
-        Measure("rest of a rotor, longest", 1.0, "ms"),
-        lambda sums: 1e3 * sums.flown(sums.rest_left_max),
-        rest_left_max=lambda rows: rows.column("rest_left").max(),
+    current_max_mA: float = metric(
+        "Largest current of any motor.",
+        Measure("current of a motor, largest", 1.0, "mA"),
+        lambda sums: 1e3 * sums.flown(sums.motor_current_max),
+        motor_current_max=lambda rows: rows.column("motor_current").max(),
     )
 """
 # What is then so, asked of the changed copy of the package; `sys.argv` names an older file.
@@ -58,14 +58,14 @@ run = build_random_run()
 run.save("new.nc")
 again, older = load_run("new.nc"), load_run(sys.argv[1])
 with h5py.File("new.nc") as file:
-    variable = file["rest_left"]
+    variable = file["motor_current"]
     kept = [
         int(file.attrs["schema_version"]),
         variable.attrs["units"].decode(),
         variable.attrs["long_name"].decode(),
-        bool(np.array_equal(variable[...], run.rest_left)),
+        bool(np.array_equal(variable[...], run.motor_current)),
     ]
-other = replace(run, rest_left=run.rest_left + 1.0)
+other = replace(run, motor_current=run.motor_current + 1.0)
 n = np.arange(3.0)
 names = [name for one in METRICS for name in one.sums]
 sums = dict.fromkeys(["rows", "last_rows", *names], n)
@@ -74,21 +74,21 @@ run.metrics.write_json("metrics.json")
 print(json.dumps({
     "package": om.__file__,
     "kept": kept,
-    "read": bool(np.array_equal(again.rest_left, run.rest_left)),
+    "read": bool(np.array_equal(again.motor_current, run.motor_current)),
     "hash": [run.content_hash == again.content_hash, run.content_hash == other.content_hash],
-    "older": bool(np.isnan(older.rest_left).all()),
+    "older": bool(np.isnan(older.motor_current).all()),
     "older hash": older.provenance.content_hash,
-    "older metric": older.metrics.as_dict()["rest_longest_ms"],
+    "older metric": older.metrics.as_dict()["current_max_mA"],
     "bytes": bytes_of_a_row(run.vehicle),
     "documented": [
-        "rest_left : (K, n) array, s\\n        How long a reversing" in Run.__doc__,
-        "rest_longest_ms : float\\n        How long a rotor rests" in Metrics.__doc__,
+        "motor_current : (K, n) array, A\\n        Current of the rotor" in Run.__doc__,
+        "current_max_mA : float\\n        Largest current of any motor" in Metrics.__doc__,
     ],
-    "metric": [run.metrics.rest_longest_ms, 1e3 * float(run.rest_left.max())],
-    "json": json.load(open("metrics.json"))["rest_longest_ms"],
-    "many": many.rest_longest_ms.tolist()[1:],
-    "shown": [row for row in _measures(run.metrics.as_dict()) if "rest of" in row[0]],
-    "table": [row for row in metrics_table("", {"a": run.metrics}).rows if "rest of" in row[0]],
+    "metric": [run.metrics.current_max_mA, 1e3 * float(run.motor_current.max())],
+    "json": json.load(open("metrics.json"))["current_max_mA"],
+    "many": many.current_max_mA.tolist()[1:],
+    "shown": [row for row in _measures(run.metrics.as_dict()) if "current of" in row[0]],
+    "table": [row for row in metrics_table("", {"a": run.metrics}).rows if "current of" in row[0]],
 }))
 """
 
@@ -139,8 +139,8 @@ def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any
 
 def test_a_new_column_is_in_file_hash_memory_and_documentation(told: dict[str, Any]) -> None:
     schema, units, long_name, same = told["kept"]
-    assert (schema, units, same) == (SCHEMA_VERSION + 1, "s", True)
-    assert long_name == "how long a reversing rotor still rests"
+    assert (schema, units, same) == (SCHEMA_VERSION + 1, "A", True)
+    assert long_name == "current of the rotor's motor"
     assert told["read"]
     assert told["hash"] == [True, False]
     assert told["documented"][0]
@@ -170,8 +170,8 @@ def test_a_new_metric_is_in_json_tables_batches_and_documentation(told: dict[str
     assert found == told["json"] == pytest.approx(expected, rel=1e-15)
     assert told["many"] == [1e3, 2e3]
     [shown], [row] = told["shown"], told["table"]
-    assert shown[0] == row[0] == "rest of a rotor, longest"
-    assert shown[2] == row[2] == "ms"
+    assert shown[0] == row[0] == "current of a motor, largest"
+    assert shown[2] == row[2] == "mA"
     assert told["documented"][1]
 
 

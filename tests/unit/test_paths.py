@@ -328,3 +328,9 @@ def test_a_value_that_cannot_be_is_refused(path: str, value: Any, sentence: str)
         replaced_at(TOUR, path, value)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("wrong", [3, None, ["truth.mass"], "truth.mass"])
+def test_values_that_are_no_mapping_are_refused(wrong: Any) -> None:
+    with pytest.raises(ScenarioError, match="but it must be a mapping from paths to numbers"):
+        om.replaced(TOUR, wrong)

@@ -35,6 +35,7 @@ from omnimorph.units import from_SI, unit_of
 OMNIMORPH = om.load_vehicle("omnimorph")
 # What people call the unit of a key; the others are shown as they are.
 SHOWN = {"m": ("mm", "mm"), "rad": ("deg", "°"), "deg": ("deg", "°"), "": ("", "–")}
+SHOWN |= {"deg_per_s": ("deg_per_s", "°/s")}
 
 
 def shown_unit(key: str) -> tuple[str, str]:

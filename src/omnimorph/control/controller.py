@@ -15,7 +15,7 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.records import check_record
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
-from omnimorph.model.core import as_core, as_tilt, state_row
+from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, Desired, FloatArray, State
 
@@ -65,7 +65,7 @@ def controller_fields(
     }
     if lateral_force is not None and lateral_force != np.inf:
         tracking["position-first"] = {"lateral_force": lateral_force}
-    return {
+    fields = {
         "model": as_core(vehicle),
         "tracking": tracking,
         "allocation": {
@@ -79,6 +79,7 @@ def controller_fields(
         },
         "period": control_period,
     }
+    return in_float64(fields)
 
 
 def _unfit_servos(vehicle: Vehicle, rule: AllocationRule) -> ScenarioError:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -16,7 +17,7 @@ from omnimorph.design.vehicle_fields import fields_of
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["as_core", "as_tilt", "core_fields", "state_row"]
+__all__ = ["as_core", "as_tilt", "core_fields", "in_float64", "state_row"]
 
 _LARGEST_TILT = OF_VEHICLES["angle_max_deg"].in_SI("deg").most
 _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
@@ -50,6 +51,23 @@ def core_fields(vehicle: Vehicle) -> dict[str, Any]:
     # A rotor that does not tilt has zC = zS = 0, so that any servo's angle leaves it as it is.
     servo = np.maximum(vehicle.rotor_servo, 0)
     return fields | {"axis": z0, "axis_cosine": zC, "axis_sine": zS, "servo": servo}
+
+
+def in_float64(fields: Mapping[str, Any]) -> dict[str, Any]:
+    """Return fields of the core with every array in float64: whole numbers of Python are not.
+
+    Examples
+    --------
+    >>> in_float64({"lag": {"up": np.full(2, 1), "steps": 3}})
+    {'lag': {'up': array([1., 1.]), 'steps': 3}}
+    """
+    return {name: _in_float64(value) for name, value in fields.items()}
+
+
+def _in_float64(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return in_float64(value)
+    return value.astype(np.float64, copy=False) if isinstance(value, np.ndarray) else value
 
 
 def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

@@ -55,13 +55,13 @@ _ATTRIBUTES = {
 }
 
 
-def hash_content(run: Run) -> str:
+def hash_content(run: Run, schema_version: int = SCHEMA_VERSION) -> str:
     """Return the SHA-256 of a run's columns, outcome and provenance, as hexadecimal text.
 
     Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in ASCII; performance, and
-    a hash the provenance may hold, do not enter.
+    a hash the provenance may hold, do not enter, nor do columns newer than the schema.
     """
-    return _hash(vars(run), run.outcome, run.provenance)
+    return _hash(vars(run), run.outcome, run.provenance, schema_version)
 
 
 def _hash(

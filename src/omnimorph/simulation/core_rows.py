@@ -101,7 +101,7 @@ def numbers_of_core(scenario: Scenario, start: FloatArray) -> dict[str, NDArray[
     truth = scenario.plant.true_vehicle(scenario.vehicle)
     fields["controller"]["model"] = core_fields(scenario.vehicle)
     fields["plant"]["vehicle"] = core_fields(truth)
-    found = {path: np.asarray(value) for path, value in _flat(fields)}
+    found = dict(_flat(fields))
     found["lost_beyond"] = np.asarray(scenario.lost_beyond)
     weights = found["controller.allocation.weights.acceleration"][:3]
     alike = [len(set(weights.astype(kind).tolist())) == 1 for kind in (np.float64, np.float32)]
@@ -111,12 +111,13 @@ def numbers_of_core(scenario: Scenario, start: FloatArray) -> dict[str, NDArray[
     return found
 
 
-def _flat(fields: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield every field by its path; of a choice, such as a rule, those of the one chosen."""
+def _flat(fields: Mapping[str, Any], place: str = "") -> Iterator[tuple[str, NDArray[Any]]]:
+    """Yield every field by its path, numbers in float64; of a choice those of what is chosen."""
     for name, value in fields.items():
         if isinstance(value, tuple):
             yield from _flat(dict([value]), f"{place}{name}.")
         elif isinstance(value, Mapping):
             yield from _flat(value, f"{place}{name}.")
         else:
-            yield place + name, value
+            array = np.asarray(value)
+            yield place + name, array if array.dtype.kind == "U" else array.astype(np.float64)

@@ -67,7 +67,10 @@ def fly_many(
         The flights are `first` … ``first + n − 1`` of this seed.
     vary : mapping, optional
         In what flights differ: a distribution (`Uniform`, `Normal`, any of ``scipy.stats``), whose
-        numbers are drawn independently, or an array with a row for each flight. The keys:
+        numbers are drawn independently, or an array with a row for each flight. Any number of the
+        scenario by its path (`paths`), such as ``vehicle.mass``, ``truth.thrust_coefficient[3]`` or
+        ``controller.position``, in SI: each flight is that of `replaced` alone; an array of n
+        numbers is one for all rotors. And these keys, which act upon what paths give:
 
         ``mass``, ``inertia``, ``thrust_coefficient``, ``drag_coefficient``
             The true vehicle's over what the controller believes; coefficients one a rotor.
@@ -102,8 +105,9 @@ def fly_many(
     Raises
     ------
     ScenarioError
-        If `n` is not positive, if `vary` names an unknown parameter or gives an impossible vehicle,
-        if `keep` names a flight that is not among them.
+        If `n` is not positive, if `vary` names what is not known or cannot vary in a batch, or
+        gives an impossible scenario (the flight is named), if `keep` names a flight that is not
+        among them.
     TooLargeError
         If the flights, or the traces of those kept, are more than memory holds.
 

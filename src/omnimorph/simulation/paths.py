@@ -37,7 +37,7 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import EFFECTS, Effect
 from omnimorph.simulation.effects.truth import TrueValues
 from omnimorph.simulation.plant import PlantModel
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 
 __all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 
@@ -46,20 +46,23 @@ _MOST_NAMED = 4
 _PROPOSED_FOR = ("vehicle.", "start_tilt", "plant.control_period", "plant.command-delay.")
 
 
-def paths(scenario: Scenario) -> list[str]:
+def paths(scenario: ScenarioLike) -> list[str]:
     """Return the path of every number, or array of numbers, of a scenario.
+
+    They are what `value_at` reads, `replaced` puts in and `fly_many` varies, all in SI; an index
+    behind a path, ``vehicle.thrust_coefficient[3]``, is one entry of it, counted from 0.
 
     Examples
     --------
     >>> import omnimorph as om
-    >>> found = paths(om.load_scenario("hover"))
+    >>> found = om.paths("hover")
     >>> found[:3], "controller.allocator.W1" in found
     (['vehicle.mass', 'vehicle.tilt_mechanism_mass', 'vehicle.inertia'], True)
     """
-    return list(_known(_parts(scenario)))
+    return list(_known(_parts(as_scenario(scenario))))
 
 
-def value_at(scenario: Scenario, path: str) -> float | FloatArray | None:
+def value_at(scenario: ScenarioLike, path: str) -> float | FloatArray | None:
     """Return the value at a path, in SI.
 
     Returns
@@ -75,11 +78,11 @@ def value_at(scenario: Scenario, path: str) -> float | FloatArray | None:
     Examples
     --------
     >>> import omnimorph as om
-    >>> value_at(om.load_scenario("hover"), "vehicle.mass")
+    >>> om.value_at("hover", "vehicle.mass")
     1.315
     """
-    parts = _parts(scenario)
-    part, _, field, at = _place(parts, path)
+    scenario = as_scenario(scenario)
+    part, _, field, at = _place(_parts(scenario), path)
     value = _whole(part, field, scenario.vehicle)[at] if at else getattr(part, field)
     return value if value is None else float(value) if np.ndim(value) == 0 else np.array(value)
 
@@ -143,11 +146,38 @@ def replaced_at(scenario: Scenario, path: str, value: ArrayLike) -> Scenario:
     return replaced(scenario, {path: value})
 
 
-def replaced(scenario: Scenario, values: Mapping[str, ArrayLike]) -> Scenario:
+def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenario:
     """Return a scenario with other values at several paths, put in together and then checked.
 
-    So two limits can move past the old ones. Else as `replaced_at`.
+    So two limits can move past the old ones.
+
+    Parameters
+    ----------
+    scenario : Scenario, str or path
+        Which remains as it is, or its name or file.
+    values : mapping
+        From paths, such as those of `paths`, to a number or an array in SI. One number for what
+        each rotor, servo or filter has is that of all of them.
+
+    Raises
+    ------
+    InputError
+        If there is no such path (the message names the nearest ones), or if what comes out is not
+        possible.
+
+    Examples
+    --------
+    A plant that is heavier than the controller believes, and a stiffer controller:
+
+    >>> import omnimorph as om
+    >>> other = om.replaced("hover", {"truth.mass": 1.4, "controller.position": 40.0})
+    >>> om.value_at(other, "truth.mass"), om.value_at(other, "vehicle.mass"), other.gains.position
+    (1.4, 1.315, 40.0)
     """
+    scenario = as_scenario(scenario)
+    if not isinstance(values, Mapping):
+        allowed = "a mapping from paths to numbers"
+        raise ScenarioError.at(f"scenario {scenario.name}", "values", values, allowed)
     # A controller that was proposed is so no longer once that changes for which it was.
     another = any(str(path).startswith(("controller.", *_PROPOSED_FOR)) for path in values)
     parts = _parts(scenario)

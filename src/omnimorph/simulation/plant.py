@@ -22,7 +22,7 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
-from omnimorph.model.core import as_core, as_tilt, state_row
+from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
@@ -127,7 +127,7 @@ class PlantModel(Record):
             "control_every": control_steps(self),
             "control_period": self.control_period,
         }
-        return {"plant": plant} | sensors | periods
+        return in_float64({"plant": plant} | sensors | periods)
 
 
 def control_steps(plant: PlantModel) -> int:

@@ -78,7 +78,7 @@ template <class T, int N> OMNIMORPH_FN PerRotor<T, N> thrust_scale(const Vehicle
 }
 
 /// W2^½ J⁻¹ is the same in every attitude: the torque rows of the map hold it from the beginning. Where W2 weighs every
-/// direction alike the force rows hold W2^½ / m too, and accelerations are looked at in B: one rotation instead of n.
+/// direction alike the force rows hold W2^½ / m too, and accelerations are expressed in B: one rotation instead of n.
 template <class T, int N> OMNIMORPH_FN void update_map(AllocationProblem<T, N>& problem) {
     PerRotor<T, N> unit{};
     for (int i = 0; i < problem.vehicle.n_rotors; ++i) unit[i] = problem.scale[i] * problem.effectiveness[i];

@@ -17,8 +17,8 @@ namespace omnimorph {
 /// One number for each variable: thrusts, or tilts. N is their number, or 0 if it is counted at run time.
 template <class T, int N> struct PerVariable {
     T a[N > 0 ? N : (most_rotors > most_servos ? most_rotors : most_servos)];
-    T& operator[](int i) { return a[i]; }
-    const T& operator[](int i) const { return a[i]; }
+    OMNIMORPH_FN T& operator[](int i) { return a[i]; }
+    OMNIMORPH_FN const T& operator[](int i) const { return a[i]; }
 };
 
 /// The lower triangle of a symmetric matrix, or of its factors LDL': L, and on its diagonal D⁻¹.
@@ -39,7 +39,7 @@ template <class T, int N> struct BoxQpSolution {
     int iterations;            // systems solved, until the slowest lane had converged
 };
 
-/// In the place of factors that nobody asks for.
+/// In the place of factors that are not needed.
 struct NoFactors {};
 
 namespace box_qp {
@@ -85,7 +85,7 @@ OMNIMORPH_FN void fix_active(const BoxQp<T, N>& qp, const PerVariable<T, N>& act
     }
 }
 
-/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that no one else can
+/// LDL' of K, row by row, so that a number is written once, when it is final, and into a matrix that nothing else can
 /// write to; unrolled, because the compilers leave triangular loops rolled and the time goes here.
 template <class T, int N> OMNIMORPH_FN Triangle<T, N> factors_of(const Triangle<T, N>& K, Count<N> count) {
     const int n = count;
@@ -205,8 +205,8 @@ OMNIMORPH_FN Mask<T> block_principal_pivoting(BoxQp<T, N>& qp, BoxQpSolution<T, 
     }
 }
 
-/// The ratio test: how far x may go towards the target, 1 being all the way, until a first variable reaches its bound;
-/// `ratio` is how far each may go.
+/// The ratio test: how far x may go towards the target, 1 being the target itself, until a first variable reaches its
+/// bound; `ratio` is how far each may go.
 template <class T, int N>
 OMNIMORPH_FN T ratio_test(const BoxQp<T, N>& qp, const PerVariable<T, N>& x, const PerVariable<T, N>& target,
                           PerVariable<T, N>& ratio) {

@@ -141,7 +141,7 @@ OMNIMORPH_FN void start_at(const Context<T, N, M>& c, const Allocation<T, N>& be
     differentiate(c, set_thrust_qp(c, p), p);
 }
 
-/// The best thrusts at the tilts of p, looked for from an active set on.
+/// The best thrusts at the tilts of p, starting from an active set.
 template <class T, int N, int M>
 OMNIMORPH_FN void solve_at_tilts(const Context<T, N, M>& c, const PerVariable<T, N>& active, Point<T, N, M>& p) {
     const TiltTrigonometry<T> trig = set_thrust_qp(c, p);
@@ -217,7 +217,7 @@ OMNIMORPH_FN void select_point(const Context<T, N, M>& c, const Mask<T>& mask, P
     factorise(*point);
 }
 
-/// Go along a step as far as J falls, a half of it, a quarter … Where J stays the same to rounding, the residual must
+/// Go along a step as far as J falls, a half of it, a quarter … Where J is constant to rounding, the residual must
 /// fall. True in the lanes that moved; those that are done stay.
 template <class T, int N, int M>
 OMNIMORPH_FN Mask<T> line_search(const Context<T, N, M>& c, const BoxQpSolution<T, M>& step, const Mask<T>& done,

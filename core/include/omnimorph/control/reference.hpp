@@ -1,4 +1,4 @@
-// Where it should go: minimum-jerk segments on position and attitude, evaluated on the fly, or samples of any
+// The reference: minimum-jerk segments on position and attitude, evaluated on the fly, or samples of any
 // reference.
 #pragma once
 
@@ -19,7 +19,7 @@ struct Segment {
 /// s = 10 u³ - 15 u⁴ + 6 u⁵ and its first two derivatives in u: the rest-to-rest polynomial of least jerk.
 struct MinimumJerk {
     double s, ds, dds;
-    explicit MinimumJerk(double u)
+    OMNIMORPH_FN explicit MinimumJerk(double u)
         : s(u * u * u * (10 + u * (-15 + 6 * u))),
           ds(30 * u * u * (1 - u) * (1 - u)),
           dds(60 * u * (1 - u) * (1 - 2 * u)) {}
@@ -51,8 +51,9 @@ template <class T> OMNIMORPH_FN Desired<T> cast(const Desired<double>& d) {
     return {cast<T>(d.p), cast<T>(d.v), cast<T>(d.R), cast<T>(d.w), cast<T>(d.a), cast<T>(d.dw)};
 }
 
-/// A reference for one flight, in tables of someone else. Segments hold still before the first and after the last;
-/// samples are one row of p, R, v, w, a, dw (24 numbers) for each physics step, and count instead if there are any.
+/// A reference for one flight, a view of tables owned elsewhere. Segments hold still before the first and after the
+/// last; samples are one row of p, R, v, w, a, dw (24 numbers) for each physics step, and count instead if there are
+/// any.
 struct Reference {
     const Segment* segments = nullptr;
     long n_segments = 0;
@@ -75,7 +76,7 @@ OMNIMORPH_FN Desired<double> sample_of(const Reference& reference, long step) {
     return d;
 }
 
-/// Where it should be in a physics step, which begins at `time`, s.
+/// The desired motion in a physics step, which begins at `time`, s.
 OMNIMORPH_FN Desired<double> desired_at(const Reference& reference, long step, double time) {
     if (reference.n_samples > 0) return sample_of(reference, step);
     long i = 0;

@@ -90,7 +90,7 @@ OMNIMORPH_FN void update_cache(const AllocationProblem<T, N>& problem, const All
     cache.version = problem.version;
 }
 
-/// The best thrusts at given tilts, looked for from the active set of the last answer on; J of them is returned.
+/// The best thrusts at given tilts, starting from the active set of the last answer; returns their cost J.
 template <class T, int N, class U>
 OMNIMORPH_FN U solve_thrusts(const AllocationProblem<T, N>& problem, const AllocationTarget<T>& target,
                              const PerServo<U>& tilt, const Allocation<T, N>& last, TiltCache<U, N>& cache,

@@ -1,4 +1,4 @@
-// The stage of tracking: from an estimate and where it should be to what allocation is asked for.
+// The stage of tracking: from an estimate and the desired motion to the demand on allocation.
 #pragma once
 
 #include "position_first.hpp"

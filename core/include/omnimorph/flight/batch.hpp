@@ -50,7 +50,7 @@ struct BatchParts {
 
 namespace batch {
 
-inline constexpr long steps_between_looks = 512;  // at whether to stop
+inline constexpr long steps_between_checks = 512;  // whether to stop
 
 /// Vehicles beyond the last flight are copies of it that stay on the ground.
 OMNIMORPH_FN long flight_of(long first, int lane, long flights) {
@@ -85,7 +85,7 @@ template <class T, int N> void fly_group(const BatchParts& parts, long first, co
 
     FlightMetrics<T, N> metrics(settings->controller.model);
     while (!flight->is_over() && !stop)
-        flight->advance(steps_between_looks, [&](const Desired<T>& now) { metrics.add(*flight, now); });
+        flight->advance(steps_between_checks, [&](const Desired<T>& now) { metrics.add(*flight, now); });
     for (int l = 0; l < lanes && first + l < parts.flights; ++l) {
         write_sums(metrics.sums(), l, parts.sums + (first + l) * n_flight_sums);
         parts.last_step[first + l] = flight->last_step(l);
@@ -112,7 +112,7 @@ class ThreadPool {
         for (std::thread& thread : threads_) thread.join();
     }
 
-    /// Ask for an end: what is in the air is given up.
+    /// Ask the threads to stop; flights that are not complete are abandoned.
     void stop() { stop_ = true; }
 
     /// Wait for the end, but not longer than so many seconds; true if all threads are done. What went wrong in one is

@@ -46,7 +46,7 @@ template <class T, int N> class Flight {
     /// Null, if commands are in force at once.
     const DelayLine<T, N>* delay_line() const { return delay_line_.get(); }
 
-    /// Go on from another state of this flight; nothing that was kept to be quick is kept.
+    /// Go on from another state of this flight; its caches begin empty.
     void restore(const FlightState<T, N>& state, const DelayLine<T, N>* delay_line) {
         x_ = state;
         memory_.allocation = AllocationCache<T, N>{};
@@ -54,8 +54,7 @@ template <class T, int N> class Flight {
         find_flying();
     }
 
-    /// The motion as the controller knows it in this control step; asked again, or not in every step, it stays the
-    /// same.
+    /// The estimate of the motion in this control step, the same however often it is asked for.
     Motion<T> measure() {
         return estimate_in_step(loop_.sensors, loop_.estimator, x_.plant.motion, loop_.noise, control_step(loop_, x_),
                                 x_.estimator)
@@ -64,7 +63,7 @@ template <class T, int N> class Flight {
 
     Desired<T> desired() const { return cast<T>(desired_at(reference_, x_.step, time())); }
     double time() const { return double(x_.step) * loop_.plant.settings.step; }
-    /// How long before the end of the whole flight, s.
+    /// Time to the end of the whole flight, s.
     double time_left() const { return double(loop_.steps - x_.step) * loop_.plant.settings.step; }
     bool control_is_due() const { return omnimorph::control_is_due(loop_, x_); }
 
@@ -182,7 +181,7 @@ template <class T, int N> class Flight {
         }
     }
 
-    /// Give the vehicles whose flight has ended numbers that trouble no one: nothing of a lane reaches another, but
+    /// Give the vehicles whose flight has ended harmless numbers: nothing of a lane reaches another, but
     /// what is solved in many steps takes as many for all.
     void park(const Desired<T>& now) {
         const auto back = [&](T& x, const T& to) { x = select(flying_, x, to); };

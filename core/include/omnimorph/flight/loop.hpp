@@ -3,7 +3,7 @@
 //     sense -> estimate -> track -> allocate -> actuate -> forces -> move
 //
 // Each stage is a settings record and a free function, some with a state. The state of a flight is one plain value:
-// copied, it is a branch of the flight; stored, it can be gone on with.
+// copied, it is a branch of the flight; stored, it can be resumed.
 #pragma once
 
 #include "settings.hpp"
@@ -15,8 +15,8 @@ enum class FlightStatus { flying, completed, lost, not_finite, diverged };
 /// One of something for each lane.
 template <class X, class T> struct PerLane {
     X a[lane_count<T>];
-    X& operator[](int lane) { return a[lane]; }
-    const X& operator[](int lane) const { return a[lane]; }
+    OMNIMORPH_FN X& operator[](int lane) { return a[lane]; }
+    OMNIMORPH_FN const X& operator[](int lane) const { return a[lane]; }
 };
 
 /// Flights of as many vehicles as T has lanes.
@@ -26,7 +26,7 @@ template <class T, int N> struct FlightState {
     EstimatorState<T> estimator;
     TrackingState<T> tracking;
     Allocation<T, N> decided;     // in the last control step; its command is the last that was sent
-    bool decided_outside = true;  // by someone who gives commands alone
+    bool decided_outside = true;  // by a controller that gives commands alone
     PerLane<FlightStatus, T> status{};
     PerLane<long, T> last_step{};
 
@@ -39,7 +39,7 @@ template <class T, int N> struct FlightState {
     }
 };
 
-/// What goes with a state: the commands under way, if there is a delay, and what allocation keeps only to be quick.
+/// What goes with a state: the commands under way, if there is a delay, and the caches of allocation.
 template <class T, int N> struct StepMemory {
     AllocationCache<T, N> allocation;
     DelayLine<T, N>* delay_line = nullptr;
@@ -57,7 +57,7 @@ template <class T, int N> struct Loop {
     long steps;      // of physics, after which nothing more is decided
     NoiseKey noise;  // of the vehicle in lane 0
 
-    Loop(const LoopSettings<T, N>& s, long steps_in_all, NoiseKey key)
+    OMNIMORPH_FN Loop(const LoopSettings<T, N>& s, long steps_in_all, NoiseKey key)
         : sensors(s.sensors),
           estimator(s.estimator),
           tracking(s.controller.tracking),
@@ -69,7 +69,7 @@ template <class T, int N> struct Loop {
           noise(key) {}
 };
 
-/// A flight that begins: the actuators are as the command asks, which nobody decided.
+/// A flight that begins: the actuators are as the first command asks, which no controller decided.
 template <class T, int N>
 OMNIMORPH_FN FlightState<T, N> state_at(const Loop<T, N>& loop, const FlightStart<T, N>& start) {
     FlightState<T, N> x{};

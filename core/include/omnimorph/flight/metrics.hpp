@@ -1,5 +1,5 @@
-// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number
-// means and makes the metrics of these sums, by their names.
+// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number means and
+// makes the metrics of these sums, by their names.
 #pragma once
 
 #include "flight.hpp"
@@ -13,15 +13,15 @@
 namespace omnimorph {
 template <class T>
 using FlightSums =
-    std::tuple<AllocationProofs<T>, AttitudeError<T>, PositionError<T>, RotorEnergy<T>, RowCount<T>, Tilts<T>>;
+    Records<AllocationProofs<T>, AttitudeError<T>, PositionError<T>, RotorEnergy<T>, RowCount<T>, Tilts<T>>;
 
 /// visit(name, sum) for every sum.
 template <class Sums, class Visit> void for_each_sum(const Sums& sums, Visit&& visit) {
     const auto name_and_sum = [&](const auto& field, const auto& sum) { visit(field.name, sum); };
-    std::apply([&](const auto&... each) { (for_each_field(each, name_and_sum), ...); }, sums);
+    for_each(sums, [&](const auto& each) { for_each_field(each, name_and_sum); });
 }
 
-template <class... Each> constexpr int number_of_sums(const std::tuple<Each...>*) {
+template <class... Each> constexpr int number_of_sums(const Records<Each...>*) {
     return static_cast<int>((std::tuple_size_v<decltype(Each::fields())> + ...));
 }
 inline constexpr int n_flight_sums = number_of_sums(static_cast<const FlightSums<double>*>(nullptr));
@@ -48,7 +48,7 @@ template <class T, int N> class FlightMetrics {
         const SummedRow<T, N> row{
             x,      now, model_, truth, before_, x.step == 0, flight.time_left() < last_second, flight.control_is_due(),
             counts_};
-        std::apply([&](auto&... each) { (each.add(row), ...); }, sums_);
+        for_each(sums_, [&](auto& each) { each.add(row); });
         before_ = x.plant.actuators;
     }
 

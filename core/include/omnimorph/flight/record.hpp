@@ -5,7 +5,7 @@
 
 namespace omnimorph {
 
-/// What a row shows: the state, what was decided in it, where it should be, and the thrusts.
+/// What a row shows: the state, the decision in it, the desired motion, and the thrusts.
 template <class T, int N> struct Row {
     const FlightState<T, N>& x;
     const Desired<T>& desired;

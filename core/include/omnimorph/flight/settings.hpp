@@ -1,4 +1,4 @@
-// Everything that a flight is flown by, stage by stage.
+// The settings of a flight, stage by stage.
 #pragma once
 
 #include "../control/allocation.hpp"

@@ -1,4 +1,4 @@
-// A plant by itself: commands go in, measurements come out, and nobody decides.
+// A plant by itself, without a controller: commands go in, measurements come out.
 #pragma once
 
 #include <memory>
@@ -27,7 +27,7 @@ template <class T, int N> class SimulatedPlant {
     const PlantState<T, N>& state() const { return state_; }
     long step() const { return step_; }
 
-    /// The motion as a controller knows it in this control step.
+    /// The estimate of the motion in this control step.
     Motion<T> measure() {
         const auto now = static_cast<std::uint32_t>(step_ / control_every_);
         return estimate_in_step(sensors_, settings_, state_.motion, noise_, now, estimator_).motion;

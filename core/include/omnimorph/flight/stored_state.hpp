@@ -1,4 +1,4 @@
-// A state of a flight as bytes: what is kept while a flight rests, and put back to go on, the same to the last bit.
+// A state of a flight as bytes, from which it is resumed, the same to the last bit.
 #pragma once
 
 #include <string>

@@ -23,7 +23,7 @@
 
 namespace omnimorph {
 
-/// Numbers that belong to someone else and outlive who reads them.
+/// A view of numbers owned elsewhere, which outlive it.
 struct Table {
     const double* numbers = nullptr;
     long size = 0;
@@ -54,14 +54,10 @@ template <class Record, std::size_t... I>
 struct HasMembers<Record, std::index_sequence<I...>, std::void_t<decltype(Record{(void(I), Anything{})...})>>
     : std::true_type {};
 
-/// How many members an aggregate has.
-template <class Record, std::size_t Guess = 1> constexpr std::size_t member_count() {
-    if constexpr (HasMembers<Record, std::make_index_sequence<Guess>>::value) {
-        return member_count<Record, Guess + 1>();
-    } else {
-        return Guess - 1;
-    }
-}
+/// Whether an aggregate has so many members, and not more.
+template <class Record, std::size_t Count>
+inline constexpr bool has_count = HasMembers<Record, std::make_index_sequence<Count>>::value &&
+                                  !HasMembers<Record, std::make_index_sequence<Count + 1>>::value;
 
 template <class X, class = void> struct IsRecord : std::false_type {};
 template <class X> struct IsRecord<X, std::void_t<decltype(X::fields())>> : std::true_type {};
@@ -86,7 +82,7 @@ template <class X> inline constexpr bool is_choice = false;
 template <class... Each> inline constexpr bool is_choice<std::variant<Each...>> = true;
 
 template <class Record> constexpr void expect_every_member() {
-    static_assert(member_count<Record>() == std::tuple_size_v<decltype(Record::fields())>,
+    static_assert(has_count<Record, std::tuple_size_v<decltype(Record::fields())>>,
                   "a member is missing in the list of fields");
 }
 
@@ -196,8 +192,9 @@ template <class X, class Y, class Visit> void for_each_number(X& x, const Y& y, 
     }
 }
 
-/// The same record in other numbers, or for another count of rotors.
-template <class To, class From> To convert(const From& from) {
+/// The same record in other numbers, or for another count of rotors. (Cold: it is done once a flight, and compiles
+/// quicker when it need not be quick.)
+template <class To, class From> [[gnu::cold, gnu::noinline]] To convert(const From& from) {
     To to{};
     for_each_number(to, from, [](auto& x, const auto& y) { x = static_cast<std::decay_t<decltype(x)>>(y); });
     return to;
@@ -214,7 +211,7 @@ template <class X> constexpr bool has_lanes() {
 }
 
 /// Put a record into one lane of a record of packs; what has no lanes is the same in all of them.
-template <class To, class From> void put_lane(To& to, int index, const From& from) {
+template <class To, class From> [[gnu::cold, gnu::noinline]] void put_lane(To& to, int index, const From& from) {
     for_each_number(to, from, [index](auto& x, const auto& y) {
         using Number = std::decay_t<decltype(x)>;
         if constexpr (lane_count<Number> > 1) {

@@ -7,30 +7,30 @@ namespace omnimorph {
 
 template <class T, int R> struct Vec {
     T a[R];
-    T& operator[](int i) { return a[i]; }
-    const T& operator[](int i) const { return a[i]; }
+    OMNIMORPH_FN T& operator[](int i) { return a[i]; }
+    OMNIMORPH_FN const T& operator[](int i) const { return a[i]; }
 
-    friend Vec operator+(const Vec& x, const Vec& y) {
+    friend OMNIMORPH_FN Vec operator+(const Vec& x, const Vec& y) {
         Vec z;
         for (int i = 0; i < R; ++i) z[i] = x[i] + y[i];
         return z;
     }
-    friend Vec operator-(const Vec& x, const Vec& y) {
+    friend OMNIMORPH_FN Vec operator-(const Vec& x, const Vec& y) {
         Vec z;
         for (int i = 0; i < R; ++i) z[i] = x[i] - y[i];
         return z;
     }
-    friend Vec operator*(const T& s, const Vec& x) {
+    friend OMNIMORPH_FN Vec operator*(const T& s, const Vec& x) {
         Vec z;
         for (int i = 0; i < R; ++i) z[i] = s * x[i];
         return z;
     }
-    friend T dot(const Vec& x, const Vec& y) {
+    friend OMNIMORPH_FN T dot(const Vec& x, const Vec& y) {
         T sum = x[0] * y[0];
         for (int i = 1; i < R; ++i) sum += x[i] * y[i];
         return sum;
     }
-    static Vec zero() {
+    OMNIMORPH_FN static Vec zero() {
         Vec z;
         for (int i = 0; i < R; ++i) z[i] = T(0);
         return z;
@@ -47,10 +47,10 @@ template <class T> OMNIMORPH_FN Vec3<T> cross(const Vec3<T>& x, const Vec3<T>& y
 /// 3 x 3 matrix, row by row.
 template <class T> struct Mat3 {
     T a[3][3];
-    T* operator[](int row) { return a[row]; }
-    const T* operator[](int row) const { return a[row]; }
+    OMNIMORPH_FN T* operator[](int row) { return a[row]; }
+    OMNIMORPH_FN const T* operator[](int row) const { return a[row]; }
 
-    static Mat3 identity() { return {{{T(1), T(0), T(0)}, {T(0), T(1), T(0)}, {T(0), T(0), T(1)}}}; }
+    OMNIMORPH_FN static Mat3 identity() { return {{{T(1), T(0), T(0)}, {T(0), T(1), T(0)}, {T(0), T(0), T(1)}}}; }
 };
 
 template <class T> OMNIMORPH_FN Vec3<T> operator*(const Mat3<T>& M, const Vec3<T>& x) {
@@ -92,9 +92,6 @@ template <class T> OMNIMORPH_FN Mat3<T> inverse(const Mat3<T>& M) {
 }
 
 // The same value in another number type.
-template <class T, class S> OMNIMORPH_FN T cast(const S& x) {
-    return T(x);
-}
 template <class T, class S, int R> OMNIMORPH_FN Vec<T, R> cast(const Vec<S, R>& x) {
     Vec<T, R> y;
     for (int i = 0; i < R; ++i) y[i] = T(x[i]);

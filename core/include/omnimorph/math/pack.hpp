@@ -11,16 +11,16 @@ template <class S, int Lanes> struct PackMask {
     typedef Integer Register __attribute__((vector_size(Lanes * sizeof(S))));
     Register bits;
 
-    friend PackMask operator&(PackMask a, PackMask b) { return {a.bits & b.bits}; }
-    friend PackMask operator|(PackMask a, PackMask b) { return {a.bits | b.bits}; }
-    friend PackMask operator!(PackMask a) { return {~a.bits}; }
-    friend bool any(PackMask a) {
+    friend OMNIMORPH_FN PackMask operator&(PackMask a, PackMask b) { return {a.bits & b.bits}; }
+    friend OMNIMORPH_FN PackMask operator|(PackMask a, PackMask b) { return {a.bits | b.bits}; }
+    friend OMNIMORPH_FN PackMask operator!(PackMask a) { return {~a.bits}; }
+    friend OMNIMORPH_FN bool any(PackMask a) {
         Integer joined = 0;
         for (int lane = 0; lane < Lanes; ++lane) joined |= a.bits[lane];
         return joined != 0;
     }
-    friend bool all(PackMask a) { return !any(!a); }
-    friend bool is_set(const PackMask& mask, int lane) { return mask.bits[lane] != 0; }
+    friend OMNIMORPH_FN bool all(PackMask a) { return !any(!a); }
+    friend OMNIMORPH_FN bool is_set(const PackMask& mask, int lane) { return mask.bits[lane] != 0; }
 };
 
 /// `Lanes` numbers of type S.
@@ -30,33 +30,33 @@ template <class S, int Lanes> struct Pack {
     Register lanes;
 
     Pack() = default;
-    Pack(Register r) : lanes(r) {}
-    template <class U, class = std::enable_if_t<std::is_arithmetic_v<U>>> Pack(U x) {
+    OMNIMORPH_FN Pack(Register r) : lanes(r) {}
+    template <class U, class = std::enable_if_t<std::is_arithmetic_v<U>>> OMNIMORPH_FN Pack(U x) {
         for (int lane = 0; lane < Lanes; ++lane) lanes[lane] = static_cast<S>(x);
     }
 
-    S operator[](int lane) const { return lanes[lane]; }
-    void set(int lane, S x) { lanes[lane] = x; }
+    OMNIMORPH_FN S operator[](int lane) const { return lanes[lane]; }
+    OMNIMORPH_FN void set(int lane, S x) { lanes[lane] = x; }
 
-    friend Pack operator+(Pack a, Pack b) { return Pack(a.lanes + b.lanes); }
-    friend Pack operator-(Pack a, Pack b) { return Pack(a.lanes - b.lanes); }
-    friend Pack operator*(Pack a, Pack b) { return Pack(a.lanes * b.lanes); }
-    friend Pack operator/(Pack a, Pack b) { return Pack(a.lanes / b.lanes); }
-    friend Pack operator-(Pack a) { return Pack(-a.lanes); }
-    Pack& operator+=(Pack b) { return lanes += b.lanes, *this; }
-    Pack& operator-=(Pack b) { return lanes -= b.lanes, *this; }
-    Pack& operator*=(Pack b) { return lanes *= b.lanes, *this; }
-    friend Mask operator<(Pack a, Pack b) { return {a.lanes < b.lanes}; }
-    friend Mask operator>(Pack a, Pack b) { return {a.lanes > b.lanes}; }
-    friend Mask operator<=(Pack a, Pack b) { return {a.lanes <= b.lanes}; }
-    friend Mask operator>=(Pack a, Pack b) { return {a.lanes >= b.lanes}; }
-    friend Mask operator==(Pack a, Pack b) { return {a.lanes == b.lanes}; }
-    friend Pack select(Mask mask, Pack yes, Pack no) { return Pack(mask.bits ? yes.lanes : no.lanes); }
-    friend Pack sqrt(Pack a) {
+    friend OMNIMORPH_FN Pack operator+(Pack a, Pack b) { return Pack(a.lanes + b.lanes); }
+    friend OMNIMORPH_FN Pack operator-(Pack a, Pack b) { return Pack(a.lanes - b.lanes); }
+    friend OMNIMORPH_FN Pack operator*(Pack a, Pack b) { return Pack(a.lanes * b.lanes); }
+    friend OMNIMORPH_FN Pack operator/(Pack a, Pack b) { return Pack(a.lanes / b.lanes); }
+    friend OMNIMORPH_FN Pack operator-(Pack a) { return Pack(-a.lanes); }
+    OMNIMORPH_FN Pack& operator+=(Pack b) { return lanes += b.lanes, *this; }
+    OMNIMORPH_FN Pack& operator-=(Pack b) { return lanes -= b.lanes, *this; }
+    OMNIMORPH_FN Pack& operator*=(Pack b) { return lanes *= b.lanes, *this; }
+    friend OMNIMORPH_FN Mask operator<(Pack a, Pack b) { return {a.lanes < b.lanes}; }
+    friend OMNIMORPH_FN Mask operator>(Pack a, Pack b) { return {a.lanes > b.lanes}; }
+    friend OMNIMORPH_FN Mask operator<=(Pack a, Pack b) { return {a.lanes <= b.lanes}; }
+    friend OMNIMORPH_FN Mask operator>=(Pack a, Pack b) { return {a.lanes >= b.lanes}; }
+    friend OMNIMORPH_FN Mask operator==(Pack a, Pack b) { return {a.lanes == b.lanes}; }
+    friend OMNIMORPH_FN Pack select(Mask mask, Pack yes, Pack no) { return Pack(mask.bits ? yes.lanes : no.lanes); }
+    friend OMNIMORPH_FN Pack sqrt(Pack a) {
         for (int lane = 0; lane < Lanes; ++lane) a.lanes[lane] = std::sqrt(a.lanes[lane]);
         return a;
     }
-    friend Pack nearbyint(Pack a) {
+    friend OMNIMORPH_FN Pack nearbyint(Pack a) {
         for (int lane = 0; lane < Lanes; ++lane) a.lanes[lane] = std::nearbyint(a.lanes[lane]);
         return a;
     }

@@ -54,10 +54,10 @@ inline constexpr double beta = 0.948;                       // share of hover th
 template <class T> struct WakeCosine {
     int servo;
     T constant, cosine, sine;
-    T at(const TiltTrigonometry<T>& trig) const {
+    OMNIMORPH_FN T at(const TiltTrigonometry<T>& trig) const {
         return constant + cosine * trig.cosine[servo] + sine * trig.sine[servo];
     }
-    bool is(const WakeCosine& o) const {
+    OMNIMORPH_FN bool is(const WakeCosine& o) const {
         return servo == o.servo && !any(!((constant == o.constant) & ((cosine == o.cosine) & (sine == o.sine))));
     }
 };
@@ -71,8 +71,8 @@ struct StackedPair {
 template <class X, int N> struct PerWake {
     static constexpr int rotors = N > 0 ? N : most_rotors;
     X a[rotors > 1 ? rotors * (rotors - 1) : 1];
-    X& operator[](int k) { return a[k]; }
-    const X& operator[](int k) const { return a[k]; }
+    OMNIMORPH_FN X& operator[](int k) { return a[k]; }
+    OMNIMORPH_FN const X& operator[](int k) const { return a[k]; }
 };
 
 /// The stacked pairs of a vehicle, found once, and what their wakes cost.
@@ -81,17 +81,17 @@ template <class X, int N> struct PerWake {
 /// differ.
 template <class T, int N> class Interference {
   public:
-    Interference(const Vehicle<T, N>& vehicle, WakeModel model) : n_(vehicle.n_rotors), model_(model) {
+    OMNIMORPH_FN Interference(const Vehicle<T, N>& vehicle, WakeModel model) : n_(vehicle.n_rotors), model_(model) {
         for (int a = 0; a < n_; ++a)
             for (int b = 0; b < n_; ++b)
                 if (a != b && is_above(vehicle, a, b)) add_pair(vehicle, a, b);
     }
 
-    int n_pairs() const { return n_pairs_; }
-    const StackedPair& pair(int p) const { return pairs_[p]; }
+    OMNIMORPH_FN int n_pairs() const { return n_pairs_; }
+    OMNIMORPH_FN const StackedPair& pair(int p) const { return pairs_[p]; }
 
     /// a exp(-(theta / s)^2) of each wake at a tilt; all of this model that needs an exponential.
-    PerWake<T, N> weights(const TiltTrigonometry<T>& trig) const {
+    OMNIMORPH_FN PerWake<T, N> weights(const TiltTrigonometry<T>& trig) const {
         PerWake<T, N> out;
         for (int k = 0; k < n_wakes_; ++k) out[k] = weight(wakes_[k].at(trig));
         return out;
@@ -99,7 +99,7 @@ template <class T, int N> class Interference {
 
     /// The share of its thrust c_f w|w| that each rotor keeps at these speeds (rad/s), 0 to 1. A rotor in several wakes
     /// keeps the product; that a rotor which loses thrust also blows less is left out.
-    PerRotor<T, N> thrust_kept(const PerWake<T, N>& weights, const PerRotor<T, N>& speed) const {
+    OMNIMORPH_FN PerRotor<T, N> thrust_kept(const PerWake<T, N>& weights, const PerRotor<T, N>& speed) const {
         PerRotor<T, N> kept{};
         for (int i = 0; i < n_; ++i) kept[i] = T(1);
         for (int p = 0; p < n_pairs_; ++p) {
@@ -116,11 +116,11 @@ template <class T, int N> class Interference {
     }
 
   private:
-    static Vec3<T> untilted_axis(const Vehicle<T, N>& vehicle, int i) {
+    OMNIMORPH_FN static Vec3<T> untilted_axis(const Vehicle<T, N>& vehicle, int i) {
         return vehicle.axis[i] + vehicle.axis_cosine[i];
     }
 
-    static bool is_above(const Vehicle<T, N>& vehicle, int a, int b) {
+    OMNIMORPH_FN static bool is_above(const Vehicle<T, N>& vehicle, int a, int b) {
         const Vec3<T> za = untilted_axis(vehicle, a), zb = untilted_axis(vehicle, b),
                       way = vehicle.position[b] - vehicle.position[a];
         const double distance = sqrt(double(lane(dot(way, way), 0)));
@@ -130,7 +130,7 @@ template <class T, int N> class Interference {
                double(lane(dot(za, zb), 0)) >= interference::in_line;
     }
 
-    void add_pair(const Vehicle<T, N>& vehicle, int a, int b) {
+    OMNIMORPH_FN void add_pair(const Vehicle<T, N>& vehicle, int a, int b) {
         const Vec3<T> way = vehicle.position[b] - vehicle.position[a];
         const Vec3<T> line = (T(-1) / sqrt(dot(way, way))) * way;  // from below to above
         // the wake leaves along -z downwards (w > 0), along +z upwards (w < 0), and the line turns round with it
@@ -142,14 +142,14 @@ template <class T, int N> class Interference {
     }
 
     /// Wakes that always leave at the same angle, as all do on a vehicle of one servo, are one.
-    int number_of(const WakeCosine<T>& wake) {
+    OMNIMORPH_FN int number_of(const WakeCosine<T>& wake) {
         for (int k = 0; k < n_wakes_; ++k)
             if (wakes_[k].is(wake)) return k;
         wakes_[n_wakes_] = wake;
         return n_wakes_++;
     }
 
-    T weight(const T& cosine_of_angle) const {
+    OMNIMORPH_FN T weight(const T& cosine_of_angle) const {
         const bool blade = model_ == WakeModel::blade_element;
         const double most = blade ? interference::blade_weight : interference::published_weight;
         const double width = blade ? interference::blade_width : interference::published_width;
@@ -158,7 +158,7 @@ template <class T, int N> class Interference {
     }
 
     /// The share of thrust kept in a wake of strength kappa, 0 to 1.
-    T share_kept(const T& kappa) const {
+    OMNIMORPH_FN T share_kept(const T& kappa) const {
         if (model_ == WakeModel::published) return T(1) - min(kappa, T(1));
         using interference::beta;
         const T faster = kappa - T(beta);

@@ -1,4 +1,4 @@
-// Where the vehicle is, where it should be, and what it is told: the three things every part of the loop speaks of.
+// The motion of the vehicle, the desired one, and a command to the actuators: what the stages of the loop exchange.
 #pragma once
 
 #include "vehicle.hpp"
@@ -25,7 +25,7 @@ template <class T> struct Desired {
     Vec3<T> a, dw;
 };
 
-/// What the actuators are told: thrusts in N and servo angles in rad.
+/// A command to the actuators: thrusts in N and servo angles in rad.
 template <class T, int N> struct Command {
     PerRotor<T, N> thrust;
     PerServo<T> tilt;

@@ -1,5 +1,5 @@
 // What a vehicle is: a rigid body, rotors and the servos that tilt them. SI units, body frame B at the centre of mass.
-// Lags, dead bands and the like are no part of it: they are effects that the plant may have (effects/).
+// Lags, dead bands and the like are no part of it: they are effects that the plant may have (plant/).
 #pragma once
 
 #include "../math/fields.hpp"
@@ -14,45 +14,28 @@ inline constexpr int most_servos = 18;
 /// The number of rotors: a constant of the type (N > 0), or counted at run time (N = 0).
 template <int N> struct Count {
     Count() = default;
-    explicit Count(int) {}
-    constexpr operator int() const { return N; }
+    OMNIMORPH_FN explicit Count(int) {}
+    OMNIMORPH_FN constexpr operator int() const { return N; }
 };
 template <> struct Count<0> {
     int value = 0;
     Count() = default;
-    explicit Count(int n) : value(n) {}
-    operator int() const { return value; }
+    OMNIMORPH_FN explicit Count(int n) : value(n) {}
+    OMNIMORPH_FN operator int() const { return value; }
 };
 
 /// One number for each rotor.
 template <class T, int N> struct PerRotor {
     T a[N > 0 ? N : most_rotors];
-    T& operator[](int i) { return a[i]; }
-    const T& operator[](int i) const { return a[i]; }
+    OMNIMORPH_FN T& operator[](int i) { return a[i]; }
+    OMNIMORPH_FN const T& operator[](int i) const { return a[i]; }
 };
 /// One number for each servo.
 template <class T> struct PerServo {
     T a[most_servos];
-    T& operator[](int j) { return a[j]; }
-    const T& operator[](int j) const { return a[j]; }
+    OMNIMORPH_FN T& operator[](int j) { return a[j]; }
+    OMNIMORPH_FN const T& operator[](int j) const { return a[j]; }
 };
-
-// The same numbers in another type, for another way of counting rotors.
-template <class T, int N, class S, int M> OMNIMORPH_FN PerRotor<T, N> cast(const PerRotor<S, M>& x, int n) {
-    PerRotor<T, N> y{};
-    for (int i = 0; i < n; ++i) y[i] = T(x[i]);
-    return y;
-}
-template <class T, int N, class S, int M> OMNIMORPH_FN PerRotor<Vec3<T>, N> cast(const PerRotor<Vec3<S>, M>& x, int n) {
-    PerRotor<Vec3<T>, N> y{};
-    for (int i = 0; i < n; ++i) y[i] = cast<T>(x[i]);
-    return y;
-}
-template <class T, class S> OMNIMORPH_FN PerServo<T> cast(const PerServo<S>& x, int m) {
-    PerServo<T> y{};
-    for (int j = 0; j < m; ++j) y[j] = T(x[j]);
-    return y;
-}
 
 template <class T, int N> struct Vehicle {
     Count<N> n_rotors;
@@ -84,9 +67,9 @@ template <class T, int N> struct Vehicle {
             field("angle_max", &V::angle_max), field("rate_max", &V::rate_max));
     }
 
-    T thrust_min(int i) const { return thrust_coefficient[i] * speed_min[i] * abs(speed_min[i]); }
-    T thrust_max(int i) const { return thrust_coefficient[i] * speed_max[i] * abs(speed_max[i]); }
-    T kappa(int i) const { return drag_coefficient[i] / thrust_coefficient[i]; }  // m
+    OMNIMORPH_FN T thrust_min(int i) const { return thrust_coefficient[i] * speed_min[i] * abs(speed_min[i]); }
+    OMNIMORPH_FN T thrust_max(int i) const { return thrust_coefficient[i] * speed_max[i] * abs(speed_max[i]); }
+    OMNIMORPH_FN T kappa(int i) const { return drag_coefficient[i] / thrust_coefficient[i]; }  // m
 };
 
 /// Set what follows from the other fields.

@@ -44,7 +44,8 @@ template <class T, int N> struct WrenchMap {
     PerRotor<int, N> servo;
     PerRotor<Vec6<T>, N> constant, cosine, sine;
 
-    WrenchMap(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& force_per_input, const PerRotor<T, N>& drag_per_input)
+    OMNIMORPH_FN WrenchMap(const Vehicle<T, N>& vehicle, const PerRotor<T, N>& force_per_input,
+                           const PerRotor<T, N>& drag_per_input)
         : n(vehicle.n_rotors), n_servos(vehicle.n_servos), servo(vehicle.servo) {
         for (int i = 0; i < n; ++i) {
             const auto column = [&](const Vec3<T>& z) {
@@ -59,7 +60,7 @@ template <class T, int N> struct WrenchMap {
     }
 
     /// Column i of A(alpha); U is T, or a pack of tilts for one vehicle.
-    template <class U> Vec6<U> column_at(int i, const TiltTrigonometry<U>& trig) const {
+    template <class U> OMNIMORPH_FN Vec6<U> column_at(int i, const TiltTrigonometry<U>& trig) const {
         const U c = trig.cosine[servo[i]], s = trig.sine[servo[i]];
         Vec6<U> column;
         for (int r = 0; r < 6; ++r) column[r] = U(constant[i][r]) + U(cosine[i][r]) * c + U(sine[i][r]) * s;
@@ -67,14 +68,14 @@ template <class T, int N> struct WrenchMap {
     }
 
     /// A(alpha)
-    template <class U> WrenchMatrix<U, N> at(const TiltTrigonometry<U>& trig) const {
+    template <class U> OMNIMORPH_FN WrenchMatrix<U, N> at(const TiltTrigonometry<U>& trig) const {
         WrenchMatrix<U, N> A;
         for (int i = 0; i < n; ++i) A.column[i] = column_at<U>(i, trig);
         return A;
     }
 
     /// Column i of dA/dalpha, the derivative in the angle of the rotor's own servo: AS cos alpha - AC sin alpha.
-    Vec6<T> tilt_derivative(int i, const TiltTrigonometry<T>& trig) const {
+    OMNIMORPH_FN Vec6<T> tilt_derivative(int i, const TiltTrigonometry<T>& trig) const {
         return trig.cosine[servo[i]] * sine[i] - trig.sine[servo[i]] * cosine[i];
     }
 };

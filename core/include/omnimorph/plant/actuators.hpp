@@ -1,7 +1,8 @@
 // The actuators: how fast the rotors turn and where the servos stand, and the laws between a command and that.
 //
 // A law is a record with one function. A rotor's command passes through the laws of rotors one after the other, and
-// what the last one gives is the new speed; a servo's way to its command passes through the laws of servos.
+// what the last one gives is the new speed; what is left of a servo's travel to its command passes through the laws of
+// servos.
 #pragma once
 
 #include "../model/motion.hpp"
@@ -20,11 +21,11 @@ template <class T, int N> struct Actuators {
     }
 };
 
-/// By how much the actuators go on: one step of the integrator's, or none, after which only what follows a command at
-/// once has changed.
+/// The time over which actuators are advanced: a step of the integrator, or none, after which only what follows a
+/// command at once has changed.
 struct ActuatorStep {
     double length;  // s
-    bool passes() const { return length > 0; }
+    OMNIMORPH_FN bool passes() const { return length > 0; }
 };
 
 /// What a law may change of one rotor besides its command.

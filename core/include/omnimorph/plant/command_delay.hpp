@@ -1,4 +1,4 @@
-// A command reaches the motors some time after the measurement it was computed from.
+// Delay from a measurement to the command that was computed from it.
 #pragma once
 
 #include "../model/motion.hpp"
@@ -20,7 +20,7 @@ template <class T, int N> struct DelayLine {
     static constexpr int places = 64;
     template <class X> struct Places {
         X a[places];
-        X& operator[](long k) { return a[k % places]; }
+        OMNIMORPH_FN X& operator[](long k) { return a[k % places]; }
     };
     Command<T, N> in_force{};
     Places<Command<T, N>> under_way{};

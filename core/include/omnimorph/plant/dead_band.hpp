@@ -1,4 +1,4 @@
-// A sensorless motor cannot turn slowly, and cannot turn round without stopping first.
+// Dead band: a sensorless motor cannot turn slowly, and cannot reverse without stopping first.
 #pragma once
 
 #include "actuators.hpp"
@@ -6,8 +6,8 @@
 namespace omnimorph {
 
 /// A command |w| < w_dead gives the nearer of rest and ±w_dead. A command against the present rotation first brakes the
-/// rotor down to w_dead, then holds it at rest for the reversal time. Nothing of this holds for a rotor with w_dead =
-/// 0.
+/// rotor down to w_dead, then holds it at rest for the reversal time. A rotor with w_dead = 0
+/// has no dead band.
 template <class T, int N> struct DeadBand {
     static constexpr const char* name = "dead-band";
     bool active = false;
@@ -19,8 +19,7 @@ template <class T, int N> struct DeadBand {
                                field("reversal_time", &DeadBand::reversal_time));
     }
 
-    /// What the motor driver really aims at. `rest_left` (s) is how long the rotor will have to stay at rest once it
-    /// stops.
+    /// The speed that the motor driver aims at. `rest_left` (s) is how long the rotor stays at rest once it stops.
     OMNIMORPH_FN T follow(int i, const T& command, Rotor<T> rotor, ActuatorStep step) const {
         const T size = abs(command);
         const T nearer = select(size < T(0.5) * smallest[i], T(0), max(size, smallest[i]));

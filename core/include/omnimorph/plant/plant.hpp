@@ -6,6 +6,7 @@
 // derivative of any of them.
 #pragma once
 
+#include "../math/so3.hpp"
 #include "rotors.hpp"
 
 namespace omnimorph {

@@ -1,5 +1,4 @@
-// Something pushes: force in W, torque in B, at the centre of mass. Three terms of the forces, by how they go with
-// time.
+// External wrenches, force in W and torque in B at the centre of mass: constant, a sine over time, or a table.
 #pragma once
 
 #include "forces.hpp"

@@ -1,4 +1,4 @@
-// Rotors take time to change speed.
+// Lag of the rotor speeds.
 #pragma once
 
 #include "actuators.hpp"
@@ -19,13 +19,6 @@ template <class T, int N> struct RotorLag {
                                derived("keep_down", &RotorLag::keep_down));
     }
 
-    void derive(int n, int, double h) {
-        for (int i = 0; i < n; ++i) {
-            keep_up[i] = decay(h, up[i]);
-            keep_down[i] = decay(h, down[i]);
-        }
-    }
-
     OMNIMORPH_FN T follow(int i, const T& command, Rotor<T> rotor, ActuatorStep step) const {
         if (!step.passes()) return rotor.speed;
         const Mask<T> faster = (abs(command) >= abs(rotor.speed)) & (command * rotor.speed >= T(0));
@@ -33,5 +26,13 @@ template <class T, int N> struct RotorLag {
         return command + keep * (rotor.speed - command);
     }
 };
+
+/// Set what follows from the other fields, for n rotors and the integrator's actuator step h.
+template <int N> OMNIMORPH_FN void derive(RotorLag<double, N>& lag, int n, int, double h) {
+    for (int i = 0; i < n; ++i) {
+        lag.keep_up[i] = decay(h, lag.up[i]);
+        lag.keep_down[i] = decay(h, lag.down[i]);
+    }
+}
 
 }  // namespace omnimorph

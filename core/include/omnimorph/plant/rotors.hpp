@@ -25,7 +25,7 @@ template <class T, int N> struct Plant {
     WrenchMap<T, N> force_of_speeds;          // the same without drag
     Interference<T, N> wakes;
 
-    explicit Plant(const PlantSettings<T, N>& s)
+    OMNIMORPH_FN explicit Plant(const PlantSettings<T, N>& s)
         : settings(s),
           inverse_mass(T(1) / s.vehicle.mass),
           wrench_of_speeds(map_of_speeds(s, s.vehicle.drag_coefficient)),
@@ -34,17 +34,17 @@ template <class T, int N> struct Plant {
         for (int i = 0; i < s.vehicle.n_rotors; ++i) speed_squared_per_thrust[i] = T(1) / s.command_coefficient[i];
     }
 
-    int n() const { return settings.vehicle.n_rotors; }
-    int m() const { return settings.vehicle.n_servos; }
+    OMNIMORPH_FN int n() const { return settings.vehicle.n_rotors; }
+    OMNIMORPH_FN int m() const { return settings.vehicle.n_servos; }
 
     /// From now on each rotor gives this share of its thrust; its drag torque stays, as with a torn blade.
-    void set_effectiveness(const PerRotor<T, N>& share) {
+    OMNIMORPH_FN void set_effectiveness(const PerRotor<T, N>& share) {
         settings.effectiveness = share;
         wrench_of_speeds = map_of_speeds(settings, settings.vehicle.drag_coefficient);
         force_of_speeds = map_of_speeds(settings, PerRotor<T, N>{});
     }
 
-    static WrenchMap<T, N> map_of_speeds(const PlantSettings<T, N>& s, const PerRotor<T, N>& drag) {
+    OMNIMORPH_FN static WrenchMap<T, N> map_of_speeds(const PlantSettings<T, N>& s, const PerRotor<T, N>& drag) {
         PerRotor<T, N> thrust{};
         for (int i = 0; i < s.vehicle.n_rotors; ++i) thrust[i] = s.effectiveness[i] * s.vehicle.thrust_coefficient[i];
         return WrenchMap<T, N>(s.vehicle, thrust, drag);
@@ -73,8 +73,8 @@ OMNIMORPH_FN Vec6<T> wrench_lost(const Plant<T, N>& plant, const TiltTrigonometr
     return wrench(plant.force_of_speeds.at(trig), lost, plant.n());
 }
 
-/// What the rotors do to the body: the sum of their forces and torques, less what the wakes take, and H = Σ I_i k_i w_i
-/// z_i.
+/// What the rotors do to the body: the sum of their forces and torques, less what the wakes take, and
+/// H = Σ I_i k_i w_i z_i.
 template <class T, int N> OMNIMORPH_FN Load<T> rotor_load(const Plant<T, N>& plant, const Actuators<T, N>& actuators) {
     const Vehicle<T, N>& vehicle = plant.settings.vehicle;
     const TiltTrigonometry<T> trig = trigonometry_of(actuators.tilt, plant.m());

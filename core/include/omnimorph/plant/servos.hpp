@@ -1,4 +1,4 @@
-// A tilt servo follows its command late and only so fast.
+// Tilt servos: lag and rate limit.
 #pragma once
 
 #include "actuators.hpp"
@@ -17,14 +17,15 @@ template <class T> struct ServoLag {
                                derived("keep", &ServoLag::keep));
     }
 
-    void derive(int, int m, double h) {
-        for (int j = 0; j < m; ++j) keep[j] = decay(h, time_constant[j]);
-    }
-
     OMNIMORPH_FN T travel(int j, const T& way_left, ActuatorStep step) const {
         return step.passes() ? (T(1) - keep[j]) * way_left : T(0);
     }
 };
+
+/// Set what follows from the other fields, for m servos and the integrator's actuator step h.
+OMNIMORPH_FN void derive(ServoLag<double>& lag, int, int m, double h) {
+    for (int j = 0; j < m; ++j) lag.keep[j] = decay(h, lag.time_constant[j]);
+}
 
 /// Travels at most the rate limit times the step.
 template <class T> struct ServoRateLimit {
@@ -38,13 +39,13 @@ template <class T> struct ServoRateLimit {
                                derived("most", &ServoRateLimit::most));
     }
 
-    void derive(int, int m, double h) {
-        for (int j = 0; j < m; ++j) most[j] = rate[j] * h;
-    }
-
     OMNIMORPH_FN T travel(int j, const T& wanted, ActuatorStep step) const {
         return step.passes() ? clamp(wanted, -most[j], most[j]) : T(0);
     }
 };
+
+OMNIMORPH_FN void derive(ServoRateLimit<double>& limit, int, int m, double h) {
+    for (int j = 0; j < m; ++j) limit.most[j] = limit.rate[j] * h;
+}
 
 }  // namespace omnimorph

@@ -49,26 +49,26 @@ template <class T, int N> struct PlantSettings {
     }
 
     /// The integrator's steps of the actuators: Runge and Kutta need them in the middle too.
-    double actuator_step() const { return integrator == Integrator::runge_kutta_4 ? step / 2 : step; }
+    OMNIMORPH_FN double actuator_step() const { return integrator == Integrator::runge_kutta_4 ? step / 2 : step; }
 };
 
 namespace plant {
 
 template <class Law, class = void> inline constexpr bool has_derived = false;
 template <class Law>
-inline constexpr bool has_derived<Law, std::void_t<decltype(std::declval<Law&>().derive(0, 0, 0.0))>> = true;
+inline constexpr bool has_derived<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
 
 /// Set what follows from the other fields of each law.
-template <class Laws> void derive_each(Laws& laws, int n, int m, double h) {
+template <class Laws> OMNIMORPH_FN void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
-        if constexpr (has_derived<std::decay_t<decltype(law)>>) law.derive(n, m, h);
+        if constexpr (has_derived<std::decay_t<decltype(law)>>) derive(law, n, m, h);
     };
     for_each(laws, derive_one);
 }
 
 }  // namespace plant
 
-template <int N> void derive(PlantSettings<double, N>& s) {
+template <int N> OMNIMORPH_FN void derive(PlantSettings<double, N>& s) {
     const int n = s.vehicle.n_rotors, m = s.vehicle.n_servos;
     derive(s.vehicle);
     plant::derive_each(s.rotor_laws, n, m, s.actuator_step());

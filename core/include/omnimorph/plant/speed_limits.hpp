@@ -1,4 +1,4 @@
-// A motor turns no faster than it can, whatever is commanded.
+// Limits of the rotor speeds.
 #pragma once
 
 #include "actuators.hpp"

@@ -2,7 +2,7 @@
 //
 //     minimise Σ_i phi_i(f_i)   over   A f = w,  lower <= f <= upper,
 //
-// with phi_i(f) = p_i |f|^(3/2), the power against drag (p_i = c_tau / c_f^(3/2)), or phi_i(f) = p_i f² / 2.
+// with phi_i(f) = p_i |f|^(3/2), the rotor drag power (p_i = c_tau / c_f^(3/2)), or phi_i(f) = p_i f² / 2.
 //
 // Both are strictly convex and a sum over the rotors, so the dual problem (S. Boyd, L. Vandenberghe, "Convex
 // Optimization", Sec. 5.5.5) is smooth and has only the r rows of A as variables:

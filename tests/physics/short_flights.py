@@ -9,7 +9,6 @@ from typing import Any
 from tests.physics.test_many_flights import assert_same
 
 import omnimorph as om
-from omnimorph.simulation.paths import replaced
 
 
 def short_flight(folder: Path, tables: str, *, seconds: float = 0.2) -> om.Scenario:
@@ -24,5 +23,5 @@ def flown_in_a_batch(scenario: om.Scenario, path: str, values: Sequence[Any]) ->
     """Fly a batch, a flight for each value at a path; alone each is the same to the last bit."""
     batch = om.fly_many(scenario, len(values), keep="all", vary={path: values})
     for number, value in enumerate(values):
-        assert_same(batch.runs[number], om.fly(replaced(scenario, {path: value}), flight=number))
+        assert_same(batch.runs[number], om.fly(om.replaced(scenario, {path: value}), flight=number))
     return [batch.runs[number] for number in range(len(values))]

@@ -1,5 +1,5 @@
-// What it costs to turn the rotors: drag over the steps that end in the rows, and the energy that it took to spin them up,
-// of which slowing down gives nothing back.
+// What it costs to turn the rotors: drag over the steps that end in the rows, and the energy that it took to spin them
+// up, of which slowing down gives nothing back.
 #pragma once
 
 #include "summed_row.hpp"

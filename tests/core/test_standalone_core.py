@@ -89,6 +89,8 @@ def test_candidates_in_turn_are_those_in_lanes_to_the_last_bit(tmp_path: Path) -
     in_lanes = build_and_run(ALLOCATION, "g++", PLAIN, tmp_path)
     scalar = [*PLAIN, "-DOMNIMORPH_SCALAR", "-fno-exceptions", "-fno-rtti"]
     assert build_and_run(ALLOCATION, "g++", scalar, tmp_path) == in_lanes
+
+
 def test_one_vehicle_needs_no_vector_extensions(tmp_path: Path) -> None:
     """With OMNIMORPH_SCALAR; batches of vehicles in lanes and packs themselves are left out."""
     in_lanes = {"math/pack.hpp", "flight/batch.hpp"}

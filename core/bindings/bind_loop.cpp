@@ -9,6 +9,7 @@
 #include "bound_reference.hpp"
 #include "bound_settings.hpp"
 #include "flight_arrays.hpp"
+#include "omnimorph/flight/stored_state.hpp"
 #include "rotor_counts.hpp"
 
 namespace omnimorph::python {
@@ -46,6 +47,7 @@ struct BoundFlight {
     nb::object settings, reference;
     std::shared_ptr<RunColumns> columns;  // none, if it is not recorded
     std::unique_ptr<AnyFlight> flight;
+    long steps = 0;        // of physics in all
     bool is_away = false;  // flown while other threads of Python go on
     AnyFlight* operator->() const {
         if (is_away) throw std::runtime_error("the flight is being flown in another thread");
@@ -112,7 +114,7 @@ BoundFlight new_flight(const nb::object& settings, const nb::object& reference, 
     const int n = s.controller.model.n_rotors, m = s.controller.model.n_servos;
     if (n == 0) throw nb::value_error("a flight has a controller");
     expect_times(steps, s.control_every, is_recorded);
-    BoundFlight bound{settings, reference, {}, {}};
+    BoundFlight bound{settings, reference, {}, {}, steps};
     if (is_recorded) bound.columns = std::make_shared<RunColumns>(static_cast<std::size_t>(steps + 1), n, m);
     const Record record = is_recorded ? bound.columns->record() : Record();
     const Reference followed = nb::cast<const BoundReference&>(reference).view();
@@ -121,16 +123,29 @@ BoundFlight new_flight(const nb::object& settings, const nb::object& reference, 
     return bound;
 }
 
-nb::bytes store(const BoundFlight& flight) {
-    const std::vector<unsigned char> bytes = flight->store();
+StateHeader header_of(const BoundFlight& flight, const DelayLine<double, 0>* delay_line) {
+    StateHeader header;
+    header.n_rotors = flight->n_rotors;
+    header.n_servos = flight->n_servos;
+    header.has_delay_line = delay_line != nullptr;
+    return header;
+}
+
+nb::bytes stored(const BoundFlight& flight) {
+    const auto delay_line = flight->delay_line();
+    const auto bytes = store(header_of(flight, delay_line.get()), flight->state(), delay_line.get());
     return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
 }
 
 /// Go on from a stored state. Rows of the record before it that this flight has not flown are not numbers.
-void restore(const BoundFlight& flight, const nb::bytes& state) {
-    const auto* first = reinterpret_cast<const unsigned char*>(state.c_str());
-    const long flown = flight->step();
-    switch (flight->restore({first, first + state.size()})) {
+void restore(const BoundFlight& flight, const nb::bytes& bytes) {
+    const auto* first = reinterpret_cast<const unsigned char*>(bytes.c_str());
+    const auto delay_line = flight->delay_line();
+    FlightState<double, 0> state{};
+    Stored outcome =
+        read_state({first, first + bytes.size()}, header_of(flight, delay_line.get()), state, delay_line.get());
+    if (outcome == Stored::read && state.step > flight.steps) outcome = Stored::broken;
+    switch (outcome) {
         case Stored::read:
             break;
         case Stored::of_another_version:
@@ -140,7 +155,8 @@ void restore(const BoundFlight& flight, const nb::bytes& state) {
         case Stored::broken:
             throw nb::value_error("it is broken");
     }
-    if (flight.columns) flight.columns->leave_out(flown, flight->step());
+    if (flight.columns) flight.columns->leave_out(flight->step(), state.step);
+    flight->restore(state, delay_line.get());
 }
 
 /// Send a command that was decided outside; false, and the end of the flight, if a number of it is not finite.
@@ -250,7 +266,7 @@ void bind_loop(nb::module_& m) {
             },
             "steps"_a, "push"_a)
         .def("columns", [](const BoundFlight& f) { return f.columns ? RunColumns::arrays(f.columns) : nb::dict(); })
-        .def("store", &store)
+        .def("store", &stored)
         .def("restore", &restore, "state"_a)
         .def_prop_ro("step", [](const BoundFlight& f) { return f->step(); })
         .def_prop_ro("status", [](const BoundFlight& f) { return f->status(); });

@@ -6,34 +6,45 @@
 #include "bind.hpp"
 #include "bound_settings.hpp"
 #include "flight_arrays.hpp"
-#include "rotor_counts.hpp"
+#include "omnimorph/flight/simulated_plant.hpp"
 
 namespace omnimorph::python {
 
 namespace {
 
-/// A plant as Python has it: behind a pointer, as it is aligned more strictly than who holds it can know.
+/// A plant as Python has it, its rotors counted at run time.
 struct BoundPlant {
     nb::object settings;  // whose tables it reads
-    std::unique_ptr<AnyPlant> plant;
-    AnyPlant* operator->() const { return plant.get(); }
+    std::unique_ptr<SimulatedPlant<double, 0>> plant;
+    SimulatedPlant<double, 0>* operator->() const { return plant.get(); }
 };
 
 BoundPlant new_plant(const nb::object& settings, std::uint64_t seed, std::uint32_t flight) {
     const AnyLoopSettings& s = nb::cast<const BoundSettings&>(settings).settings;
-    return {settings,
-            with_rotors(s.plant.vehicle.n_rotors, [&](auto rotors) { return make_plant<rotors>(s, {seed, flight}); })};
+    return {settings, std::make_unique<SimulatedPlant<double, 0>>(s, NoiseKey{seed, flight})};
+}
+
+std::size_t rotors_of(const BoundPlant& p) {
+    return static_cast<std::size_t>(p->plant().n());
+}
+std::size_t servos_of(const BoundPlant& p) {
+    return static_cast<std::size_t>(p->plant().m());
+}
+
+Vec6<double> load_of(const BoundPlant& p, int rotor) {
+    if (rotor < 0 || rotor >= p->plant().n()) throw nb::value_error("the plant has no such rotor");
+    return hub_load(p->plant(), p->state().actuators, rotor);
 }
 
 /// Speeds (steps, n) of all rotors and loads (steps, 6) of one hub, of a plant that is bolted down.
 std::tuple<Numbers, Numbers> run_actuators(const BoundPlant& plant, int steps, int rotor) {
-    const std::size_t rows = static_cast<std::size_t>(steps), n = static_cast<std::size_t>(plant->n_rotors);
+    const std::size_t rows = static_cast<std::size_t>(steps), n = rotors_of(plant);
     std::vector<double> speeds, loads;
     for (int k = 0; k < steps; ++k) {
         plant->advance_actuators();
-        const auto state = plant->state();
-        const auto load = plant->hub_load(rotor);
-        speeds.insert(speeds.end(), state.actuators.speed.a, state.actuators.speed.a + n);
+        const double* speed = plant->state().actuators.speed.a;
+        const auto load = load_of(plant, rotor);
+        speeds.insert(speeds.end(), speed, speed + n);
         loads.insert(loads.end(), load.a, load.a + 6);
     }
     return {new_array(speeds.data(), {rows, n}), new_array(loads.data(), {rows, 6})};
@@ -56,7 +67,7 @@ void bind_plant(nb::module_& m) {
         .def(
             "send",
             [](const BoundPlant& p, const Array& thrust, const Array& tilt) {
-                p->send(command_from(thrust, tilt, p->n_rotors, p->n_servos));
+                p->send(command_from(thrust, tilt, p->plant().n(), p->plant().m()));
             },
             "thrust"_a, "tilt"_a)
         .def(
@@ -68,22 +79,11 @@ void bind_plant(nb::module_& m) {
             "steps"_a, "push"_a)
         .def("run_actuators", &run_actuators, "steps"_a, "rotor"_a)
         .def("motion", [](const BoundPlant& p) { return as_array(p->state().motion); })
-        .def("speed",
-             [](const BoundPlant& p) {
-                 return new_array(p->state().actuators.speed.a, {static_cast<std::size_t>(p->n_rotors)});
-             })
-        .def("tilt",
-             [](const BoundPlant& p) {
-                 return new_array(p->state().actuators.tilt.a, {static_cast<std::size_t>(p->n_servos)});
-             })
+        .def("speed", [](const BoundPlant& p) { return new_array(p->state().actuators.speed.a, {rotors_of(p)}); })
+        .def("tilt", [](const BoundPlant& p) { return new_array(p->state().actuators.tilt.a, {servos_of(p)}); })
         .def("wrench", [](const BoundPlant& p) { return new_array(p->state().load.wrench.a, {6}); })
         .def(
-            "hub_load",
-            [](const BoundPlant& p, int rotor) {
-                if (rotor < 0 || rotor >= p->n_rotors) throw nb::value_error("the plant has no such rotor");
-                return new_array(p->hub_load(rotor).a, {6});
-            },
-            "rotor"_a)
+            "hub_load", [](const BoundPlant& p, int rotor) { return new_array(load_of(p, rotor).a, {6}); }, "rotor"_a)
         .def_prop_ro("step", [](const BoundPlant& p) { return p->step(); });
     m.def("new_plant", &new_plant, nb::kw_only(), "settings"_a, "seed"_a, "flight"_a);
 }

@@ -53,32 +53,11 @@ class CountedController final : public AnyController {
     AllocationCache<double, N> cache_{};
 };
 
-class CountedPlant final : public AnyPlant {
-  public:
-    CountedPlant(const AnyLoopSettings& settings, NoiseKey noise)
-        : plant_(convert<LoopSettings<double, N>>(settings), noise) {
-        n_rotors = settings.plant.vehicle.n_rotors;
-        n_servos = settings.plant.vehicle.n_servos;
-    }
-    Motion<double> measure() override { return plant_.measure(); }
-    void send(const AnyCommand& command) override { plant_.send(counted(command)); }
-    void advance(const Vec6<double>& push) override { plant_.advance(push); }
-    void advance_actuators() override { plant_.advance_actuators(); }
-    PlantState<double, 0> state() const override { return convert<PlantState<double, 0>>(plant_.state()); }
-    Vec6<double> hub_load(int rotor) const override {
-        return omnimorph::hub_load(plant_.plant(), plant_.state().actuators, rotor);
-    }
-    long step() const override { return plant_.step(); }
-
-  private:
-    SimulatedPlant<double, N> plant_;
-};
-
 class CountedFlight final : public AnyFlight {
   public:
     CountedFlight(const AnyLoopSettings& settings, const Reference& reference, const FlightLimits& limits,
                   const Record& record)
-        : steps_(limits.steps), flight_(convert<LoopSettings<double, N>>(settings), reference, limits, {{record}}) {
+        : flight_(convert<LoopSettings<double, N>>(settings), reference, limits, {{record}}) {
         const AnyVehicle& model = settings.controller.model;
         n_rotors = model.n_rotors;
         n_servos = model.n_servos;
@@ -108,33 +87,18 @@ class CountedFlight final : public AnyFlight {
     long step() const override { return flight_.state().step; }
     FlightStatus status() const override { return flight_.status(); }
 
-    std::vector<unsigned char> store() const override {
-        if (flight_.delay_line() == nullptr) return omnimorph::store(header(), state(), nullptr);
-        const auto line = std::make_unique<DelayLine<double, 0>>(convert<DelayLine<double, 0>>(*flight_.delay_line()));
-        return omnimorph::store(header(), state(), line.get());
+    std::unique_ptr<DelayLine<double, 0>> delay_line() const override {
+        if (flight_.delay_line() == nullptr) return nullptr;
+        return std::make_unique<DelayLine<double, 0>>(convert<DelayLine<double, 0>>(*flight_.delay_line()));
     }
-    Stored restore(const std::vector<unsigned char>& bytes) override {
-        FlightState<double, 0> state{};
-        const auto line = std::make_unique<DelayLine<double, 0>>();
-        const bool has_line = flight_.delay_line() != nullptr;
-        const Stored outcome = read_state(bytes, header(), state, has_line ? line.get() : nullptr);
-        if (outcome != Stored::read) return outcome;
-        if (state.step > steps_) return Stored::broken;
-        const auto counted_line = std::make_unique<DelayLine<double, N>>(convert<DelayLine<double, N>>(*line));
-        flight_.restore(convert<FlightState<double, N>>(state), has_line ? counted_line.get() : nullptr);
-        return outcome;
+    void restore(const FlightState<double, 0>& state, const DelayLine<double, 0>* delay_line) override {
+        std::unique_ptr<DelayLine<double, N>> counted_line;
+        if (delay_line != nullptr)
+            counted_line = std::make_unique<DelayLine<double, N>>(convert<DelayLine<double, N>>(*delay_line));
+        flight_.restore(convert<FlightState<double, N>>(state), counted_line.get());
     }
 
   private:
-    StateHeader header() const {
-        StateHeader h;
-        h.n_rotors = n_rotors;
-        h.n_servos = n_servos;
-        h.has_delay_line = flight_.delay_line() != nullptr;
-        return h;
-    }
-
-    long steps_;
     Flight<double, N> flight_;
 };
 
@@ -143,9 +107,6 @@ class CountedFlight final : public AnyFlight {
 template <>
 std::unique_ptr<AnyController> make_controller<N>(const AnyControllerSettings& settings, const AnyCommand& start) {
     return std::make_unique<CountedController>(settings, start);
-}
-template <> std::unique_ptr<AnyPlant> make_plant<N>(const AnyLoopSettings& settings, NoiseKey noise) {
-    return std::make_unique<CountedPlant>(settings, noise);
 }
 template <>
 std::unique_ptr<AnyFlight> make_flight<N>(const AnyLoopSettings& settings, const Reference& reference,

@@ -1,4 +1,4 @@
-// The controller, the plant and the flight behind one face for every rotor count; each count is compiled in a file of
+// The controller and the flight behind one face for every rotor count; each count is compiled in a file of
 // its own.
 #pragma once
 
@@ -6,8 +6,6 @@
 #include <vector>
 
 #include "omnimorph/flight/flight.hpp"
-#include "omnimorph/flight/simulated_plant.hpp"
-#include "omnimorph/flight/stored_state.hpp"
 
 namespace omnimorph::python {
 
@@ -28,19 +26,6 @@ class AnyController {
     int n_rotors = 0, n_servos = 0;
 };
 
-class AnyPlant {
-  public:
-    virtual ~AnyPlant() = default;
-    virtual Motion<double> measure() = 0;
-    virtual void send(const AnyCommand& command) = 0;
-    virtual void advance(const Vec6<double>& push) = 0;
-    virtual void advance_actuators() = 0;
-    virtual PlantState<double, 0> state() const = 0;
-    virtual Vec6<double> hub_load(int rotor) const = 0;
-    virtual long step() const = 0;
-    int n_rotors = 0, n_servos = 0;
-};
-
 class AnyFlight {
   public:
     virtual ~AnyFlight() = default;
@@ -56,8 +41,9 @@ class AnyFlight {
     virtual FlightState<double, 0> state() const = 0;
     virtual long step() const = 0;
     virtual FlightStatus status() const = 0;
-    virtual std::vector<unsigned char> store() const = 0;
-    virtual Stored restore(const std::vector<unsigned char>& bytes) = 0;
+    /// The commands under way, or null if there is no delay.
+    virtual std::unique_ptr<DelayLine<double, 0>> delay_line() const = 0;
+    virtual void restore(const FlightState<double, 0>& state, const DelayLine<double, 0>* delay_line) = 0;
     int n_rotors = 0, n_servos = 0;
     PerRotor<double, 0> thrust_min{}, thrust_max{};  // N, by the model
 };
@@ -71,7 +57,6 @@ struct ControlStep {
 
 template <int N>
 std::unique_ptr<AnyController> make_controller(const AnyControllerSettings& settings, const AnyCommand& start);
-template <int N> std::unique_ptr<AnyPlant> make_plant(const AnyLoopSettings& settings, NoiseKey noise);
 template <int N>
 std::unique_ptr<AnyFlight> make_flight(const AnyLoopSettings& settings, const Reference& reference,
                                        const FlightLimits& limits, const Record& record);

@@ -19,8 +19,8 @@ template <class T, int N> struct AllocationSettings {
 
     static constexpr auto fields() {
         using S = AllocationSettings;
-        return std::make_tuple(field("weights", &S::weights), field("tilt_change", &S::tilt_change),
-                               field("rule", &S::rule));
+        return field_list(field("weights", &S::weights), field("tilt_change", &S::tilt_change),
+                          field("rule", &S::rule));
     }
 };
 

@@ -18,8 +18,8 @@ template <class T, int N> struct AllocationWeights {
 
     static constexpr auto fields() {
         using W = AllocationWeights;
-        return std::make_tuple(field("input", &W::input), field("input_change", &W::input_change),
-                               field("acceleration", &W::acceleration));
+        return field_list(field("input", &W::input), field("input_change", &W::input_change),
+                          field("acceleration", &W::acceleration));
     }
 };
 
@@ -32,8 +32,8 @@ template <class T, int N> struct Allocation {
 
     static constexpr auto fields() {
         using A = Allocation;
-        return std::make_tuple(field("command", &A::command), field("active", &A::active), field("cost", &A::cost),
-                               field("kkt_residual", &A::kkt_residual), field("wrench_asked", &A::wrench_asked));
+        return field_list(field("command", &A::command), field("active", &A::active), field("cost", &A::cost),
+                          field("kkt_residual", &A::kkt_residual), field("wrench_asked", &A::wrench_asked));
     }
 };
 

@@ -7,7 +7,7 @@ namespace omnimorph {
 
 struct FixedTilt {
     static constexpr const char* name = "fixed-tilt";
-    static constexpr auto fields() { return std::make_tuple(); }
+    static constexpr auto fields() { return field_list(); }
 };
 
 /// The best thrusts at the tilts of `last`, which becomes the answer.

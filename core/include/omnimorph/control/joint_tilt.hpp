@@ -34,9 +34,7 @@ template <class T> struct JointTilt {
     static constexpr const char* name = "joint-tilt";
     T tilt_change_weight = T(0);  // W4, for a change of a tilt by all that a control step allows
 
-    static constexpr auto fields() {
-        return std::make_tuple(field("tilt_change_weight", &JointTilt::tilt_change_weight));
-    }
+    static constexpr auto fields() { return field_list(field("tilt_change_weight", &JointTilt::tilt_change_weight)); }
 };
 
 namespace joint_tilt {

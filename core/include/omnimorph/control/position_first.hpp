@@ -18,8 +18,8 @@ template <class T> struct PositionFirst {
 
     static constexpr auto fields() {
         using P = PositionFirst;
-        return std::make_tuple(derived("active", &P::active), field("lateral_force", &P::lateral_force),
-                               derived("mass", &P::mass), derived("period", &P::period));
+        return field_list(derived("active", &P::active), field("lateral_force", &P::lateral_force),
+                          derived("mass", &P::mass), derived("period", &P::period));
     }
 };
 
@@ -57,8 +57,8 @@ template <class T> struct PositionFirstState {
     bool started = false;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("planned", &PositionFirstState::planned),
-                               field("started", &PositionFirstState::started));
+        return field_list(field("planned", &PositionFirstState::planned),
+                          field("started", &PositionFirstState::started));
     }
 };
 

@@ -15,7 +15,7 @@ struct TiltCandidates {
     int count = 3;  // evenly spaced, an odd number; in a window α⁻ is the middle one, in the range α⁻ is tried too
 
     static constexpr auto fields() {
-        return std::make_tuple(field("span", &TiltCandidates::span), field("count", &TiltCandidates::count));
+        return field_list(field("span", &TiltCandidates::span), field("count", &TiltCandidates::count));
     }
 };
 

@@ -10,8 +10,8 @@ template <class T> struct TrackingSettings {
     PositionFirst<T> position_first;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("gains", &TrackingSettings::gains),
-                               field("position-first", &TrackingSettings::position_first));
+        return field_list(field("gains", &TrackingSettings::gains),
+                          field("position-first", &TrackingSettings::position_first));
     }
 };
 

@@ -12,8 +12,8 @@ template <class T> struct TrackingGains {
 
     static constexpr auto fields() {
         using G = TrackingGains;
-        return std::make_tuple(field("velocity", &G::velocity), field("position", &G::position),
-                               field("rate", &G::rate), field("attitude", &G::attitude));
+        return field_list(field("velocity", &G::velocity), field("position", &G::position), field("rate", &G::rate),
+                          field("attitude", &G::attitude));
     }
 };
 

@@ -28,8 +28,7 @@ template <class T> struct EstimatorState {
     std::uint32_t next_step = 0;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("states", &EstimatorState::states),
-                               field("next_step", &EstimatorState::next_step));
+        return field_list(field("states", &EstimatorState::states), field("next_step", &EstimatorState::next_step));
     }
 };
 

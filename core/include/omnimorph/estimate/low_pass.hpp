@@ -15,14 +15,14 @@ template <class T> struct LowPass {
     Vec<T, 4> gain{};                             // 1 - e^(-period cutoff)
 
     static constexpr auto fields() {
-        return std::make_tuple(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));
+        return field_list(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));
     }
 
     /// The filters' outputs.
     struct State {
         Vec<T, 12> filtered = Vec<T, 12>::zero();
 
-        static constexpr auto fields() { return std::make_tuple(field("filtered", &State::filtered)); }
+        static constexpr auto fields() { return field_list(field("filtered", &State::filtered)); }
     };
 
     void derive(double control_period) {

@@ -15,8 +15,8 @@ template <class T> struct MeasurementNoise {
     Vec<T, 4> deviation{};  // 1 sigma: m, m/s, rad, rad/s
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &MeasurementNoise::active),
-                               field("deviation", &MeasurementNoise::deviation));
+        return field_list(derived("active", &MeasurementNoise::active),
+                          field("deviation", &MeasurementNoise::deviation));
     }
 
     OMNIMORPH_FN Vec<T, 12> error(const Motion<T>&, NoiseKey first, std::uint32_t control_step) const {

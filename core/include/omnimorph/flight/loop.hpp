@@ -32,10 +32,10 @@ template <class T, int N> struct FlightState {
 
     static constexpr auto fields() {
         using S = FlightState;
-        return std::make_tuple(field("step", &S::step), field("plant", &S::plant), field("estimator", &S::estimator),
-                               field("tracking", &S::tracking), field("decided", &S::decided),
-                               field("decided_outside", &S::decided_outside), field("status", &S::status),
-                               field("last_step", &S::last_step));
+        return field_list(field("step", &S::step), field("plant", &S::plant), field("estimator", &S::estimator),
+                          field("tracking", &S::tracking), field("decided", &S::decided),
+                          field("decided_outside", &S::decided_outside), field("status", &S::status),
+                          field("last_step", &S::last_step));
     }
 };
 

@@ -22,7 +22,7 @@ template <class Sums, class Visit> void for_each_sum(const Sums& sums, Visit&& v
 }
 
 template <class... Each> constexpr int number_of_sums(const Records<Each...>*) {
-    return static_cast<int>((std::tuple_size_v<decltype(Each::fields())> + ...));
+    return static_cast<int>((fields::count<Each>() + ...));
 }
 inline constexpr int n_flight_sums = number_of_sums(static_cast<const FlightSums<double>*>(nullptr));
 

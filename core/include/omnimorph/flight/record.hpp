@@ -1,6 +1,8 @@
 // What is recorded of a flight: one column a line.
 #pragma once
 
+#include <tuple>
+
 #include "loop.hpp"
 
 namespace omnimorph {

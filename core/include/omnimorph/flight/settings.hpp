@@ -16,8 +16,8 @@ template <class T, int N> struct ControllerSettings {
 
     static constexpr auto fields() {
         using S = ControllerSettings;
-        return std::make_tuple(field("model", &S::model), field("tracking", &S::tracking),
-                               field("allocation", &S::allocation), field("period", &S::period));
+        return field_list(field("model", &S::model), field("tracking", &S::tracking),
+                          field("allocation", &S::allocation), field("period", &S::period));
     }
 };
 
@@ -33,7 +33,7 @@ template <class T, int N> struct FlightStart {
     Command<T, N> command;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("motion", &FlightStart::motion), field("command", &FlightStart::command));
+        return field_list(field("motion", &FlightStart::motion), field("command", &FlightStart::command));
     }
 };
 
@@ -48,9 +48,9 @@ template <class T, int N> struct LoopSettings {
 
     static constexpr auto fields() {
         using S = LoopSettings;
-        return std::make_tuple(field("controller", &S::controller), field("sensors", &S::sensors),
-                               field("estimator", &S::estimator), field("plant", &S::plant), field("start", &S::start),
-                               field("control_every", &S::control_every), field("control_period", &S::control_period));
+        return field_list(field("controller", &S::controller), field("sensors", &S::sensors),
+                          field("estimator", &S::estimator), field("plant", &S::plant), field("start", &S::start),
+                          field("control_every", &S::control_every), field("control_period", &S::control_period));
     }
 };
 

@@ -19,7 +19,7 @@ template <class X> void describe(std::string& layout) {
             describe<std::decay_t<decltype(std::declval<X&>().*f.place)>>(layout);
             layout += '}';
         };
-        std::apply([&](const auto&... f) { (one(f), ...); }, X::fields());
+        X::fields()([&](const auto&... f) { (one(f), ...); });
     } else if constexpr (fields::is_array<X>) {
         using Elements = std::remove_reference_t<decltype(fields::elements_of(std::declval<X&>()))>;
         layout += std::to_string(std::extent_v<Elements>) + 'x';
@@ -68,8 +68,8 @@ struct StateHeader {
 
     static constexpr auto fields() {
         using H = StateHeader;
-        return std::make_tuple(field("version", &H::version), field("n_rotors", &H::n_rotors),
-                               field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line));
+        return field_list(field("version", &H::version), field("n_rotors", &H::n_rotors),
+                          field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line));
     }
     bool operator==(const StateHeader& o) const {
         return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos &&

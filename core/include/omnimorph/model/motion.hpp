@@ -13,7 +13,7 @@ template <class T> struct Motion {
 
     static constexpr auto fields() {
         using M = Motion;
-        return std::make_tuple(field("p", &M::p), field("v", &M::v), field("R", &M::R), field("w", &M::w));
+        return field_list(field("p", &M::p), field("v", &M::v), field("R", &M::R), field("w", &M::w));
     }
 };
 
@@ -31,7 +31,7 @@ template <class T, int N> struct Command {
     PerServo<T> tilt;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("thrust", &Command::thrust), field("tilt", &Command::tilt));
+        return field_list(field("thrust", &Command::thrust), field("tilt", &Command::tilt));
     }
 };
 

@@ -56,7 +56,7 @@ template <class T, int N> struct Vehicle {
 
     static constexpr auto fields() {
         using V = Vehicle;
-        return std::make_tuple(
+        return field_list(
             derived("n_rotors", &V::n_rotors), derived("n_servos", &V::n_servos), field("mass", &V::mass),
             field("inertia", &V::inertia), derived("inertia_inverse", &V::inertia_inverse),
             field("position", &V::position), field("axis", &V::axis), field("axis_cosine", &V::axis_cosine),

@@ -16,8 +16,8 @@ template <class T, int N> struct Actuators {
     PerServo<T> tilt;          // rad
 
     static constexpr auto fields() {
-        return std::make_tuple(field("speed", &Actuators::speed), field("rest_left", &Actuators::rest_left),
-                               field("tilt", &Actuators::tilt));
+        return field_list(field("speed", &Actuators::speed), field("rest_left", &Actuators::rest_left),
+                          field("tilt", &Actuators::tilt));
     }
 };
 

@@ -11,7 +11,7 @@ struct CommandDelay {
     int steps = 0;  // of physics
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &CommandDelay::active), field("steps", &CommandDelay::steps));
+        return field_list(derived("active", &CommandDelay::active), field("steps", &CommandDelay::steps));
     }
 };
 
@@ -29,8 +29,8 @@ template <class T, int N> struct DelayLine {
 
     static constexpr auto fields() {
         using D = DelayLine;
-        return std::make_tuple(field("in_force", &D::in_force), field("under_way", &D::under_way),
-                               field("arrival", &D::arrival), field("oldest", &D::oldest), field("newest", &D::newest));
+        return field_list(field("in_force", &D::in_force), field("under_way", &D::under_way),
+                          field("arrival", &D::arrival), field("oldest", &D::oldest), field("newest", &D::newest));
     }
 
     OMNIMORPH_FN void send(int delay, long step, const Command<T, N>& command) {

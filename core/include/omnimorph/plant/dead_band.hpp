@@ -15,8 +15,8 @@ template <class T, int N> struct DeadBand {
     T reversal_time = T(0);     // s
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &DeadBand::active), field("smallest", &DeadBand::smallest),
-                               field("reversal_time", &DeadBand::reversal_time));
+        return field_list(derived("active", &DeadBand::active), field("smallest", &DeadBand::smallest),
+                          field("reversal_time", &DeadBand::reversal_time));
     }
 
     /// The speed that the motor driver aims at. `rest_left` (s) is how long the rotor stays at rest once it stops.

@@ -18,8 +18,8 @@ template <class T, int N> struct PlantState {
     Load<T> load;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("motion", &PlantState::motion), field("actuators", &PlantState::actuators),
-                               field("load", &PlantState::load));
+        return field_list(field("motion", &PlantState::motion), field("actuators", &PlantState::actuators),
+                          field("load", &PlantState::load));
     }
 };
 

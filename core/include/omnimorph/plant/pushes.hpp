@@ -11,8 +11,7 @@ template <class T> struct ConstantWrench {
     Vec6<T> constant = Vec6<T>::zero();
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &ConstantWrench::active),
-                               field("constant", &ConstantWrench::constant));
+        return field_list(derived("active", &ConstantWrench::active), field("constant", &ConstantWrench::constant));
     }
 
     template <class Moment> OMNIMORPH_FN Vec6<T> wrench(const Moment&) const { return constant; }
@@ -26,8 +25,8 @@ template <class T> struct SineWrench {
     double frequency = 0, phase = 0;  // rad/s, rad
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &SineWrench::active), field("amplitude", &SineWrench::amplitude),
-                               field("frequency", &SineWrench::frequency), field("phase", &SineWrench::phase));
+        return field_list(derived("active", &SineWrench::active), field("amplitude", &SineWrench::amplitude),
+                          field("frequency", &SineWrench::frequency), field("phase", &SineWrench::phase));
     }
 
     template <class Moment> OMNIMORPH_FN Vec6<T> wrench(const Moment& now) const {
@@ -42,7 +41,7 @@ template <class T> struct WrenchProfile {
     Table profile;  // rows of t (s) and six numbers
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &WrenchProfile::active), field("profile", &WrenchProfile::profile));
+        return field_list(derived("active", &WrenchProfile::active), field("profile", &WrenchProfile::profile));
     }
 
     template <class Moment> OMNIMORPH_FN Vec6<T> wrench(const Moment& now) const {

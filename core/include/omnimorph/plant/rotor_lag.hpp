@@ -14,9 +14,9 @@ template <class T, int N> struct RotorLag {
     PerRotor<T, N> keep_up{}, keep_down{};  // e^(-h/tau) over the integrator's actuator step
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &RotorLag::active), field("up", &RotorLag::up),
-                               field("down", &RotorLag::down), derived("keep_up", &RotorLag::keep_up),
-                               derived("keep_down", &RotorLag::keep_down));
+        return field_list(derived("active", &RotorLag::active), field("up", &RotorLag::up),
+                          field("down", &RotorLag::down), derived("keep_up", &RotorLag::keep_up),
+                          derived("keep_down", &RotorLag::keep_down));
     }
 
     OMNIMORPH_FN T follow(int i, const T& command, Rotor<T> rotor, ActuatorStep step) const {

@@ -12,7 +12,7 @@ template <class T> struct Load {
     Vec3<T> momentum;
 
     static constexpr auto fields() {
-        return std::make_tuple(field("wrench", &Load::wrench), field("momentum", &Load::momentum));
+        return field_list(field("wrench", &Load::wrench), field("momentum", &Load::momentum));
     }
 };
 

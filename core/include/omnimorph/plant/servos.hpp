@@ -13,8 +13,8 @@ template <class T> struct ServoLag {
     PerServo<T> keep{};           // e^(-h/tau) over the integrator's actuator step
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &ServoLag::active), field("time_constant", &ServoLag::time_constant),
-                               derived("keep", &ServoLag::keep));
+        return field_list(derived("active", &ServoLag::active), field("time_constant", &ServoLag::time_constant),
+                          derived("keep", &ServoLag::keep));
     }
 
     OMNIMORPH_FN T travel(int j, const T& way_left, ActuatorStep step) const {
@@ -35,8 +35,8 @@ template <class T> struct ServoRateLimit {
     PerServo<T> most{};  // rad in the integrator's actuator step
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &ServoRateLimit::active), field("rate", &ServoRateLimit::rate),
-                               derived("most", &ServoRateLimit::most));
+        return field_list(derived("active", &ServoRateLimit::active), field("rate", &ServoRateLimit::rate),
+                          derived("most", &ServoRateLimit::most));
     }
 
     OMNIMORPH_FN T travel(int j, const T& wanted, ActuatorStep step) const {

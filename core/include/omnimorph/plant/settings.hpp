@@ -11,7 +11,7 @@ enum class Integrator { semi_implicit_euler, runge_kutta_4 };
 /// Spinning rotors hold angular momentum.
 struct RotorMomentum {
     bool active = false;
-    static constexpr auto fields() { return std::make_tuple(derived("active", &RotorMomentum::active)); }
+    static constexpr auto fields() { return field_list(derived("active", &RotorMomentum::active)); }
 };
 
 /// Rotors in line take thrust from one another.
@@ -19,8 +19,8 @@ struct InterferenceSettings {
     bool active = false;
     WakeModel model = WakeModel::published;
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &InterferenceSettings::active),
-                               field("model", &InterferenceSettings::model));
+        return field_list(derived("active", &InterferenceSettings::active),
+                          field("model", &InterferenceSettings::model));
     }
 };
 
@@ -40,12 +40,12 @@ template <class T, int N> struct PlantSettings {
 
     static constexpr auto fields() {
         using S = PlantSettings;
-        return std::make_tuple(field("vehicle", &S::vehicle), field("command_coefficient", &S::command_coefficient),
-                               field("effectiveness", &S::effectiveness), field("step", &S::step),
-                               field("integrator", &S::integrator), field("command-delay", &S::delay),
-                               field("rotor-momentum", &S::rotor_momentum), field("interference", &S::interference),
-                               field("rotor_laws", &S::rotor_laws), field("servo_laws", &S::servo_laws),
-                               field("forces", &S::forces));
+        return field_list(field("vehicle", &S::vehicle), field("command_coefficient", &S::command_coefficient),
+                          field("effectiveness", &S::effectiveness), field("step", &S::step),
+                          field("integrator", &S::integrator), field("command-delay", &S::delay),
+                          field("rotor-momentum", &S::rotor_momentum), field("interference", &S::interference),
+                          field("rotor_laws", &S::rotor_laws), field("servo_laws", &S::servo_laws),
+                          field("forces", &S::forces));
     }
 
     /// The integrator's steps of the actuators: Runge and Kutta need them in the middle too.

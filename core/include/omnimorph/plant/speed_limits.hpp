@@ -11,8 +11,8 @@ template <class T, int N> struct SpeedLimits {
     PerRotor<T, N> speed_min{}, speed_max{};  // rad/s
 
     static constexpr auto fields() {
-        return std::make_tuple(derived("active", &SpeedLimits::active), field("speed_min", &SpeedLimits::speed_min),
-                               field("speed_max", &SpeedLimits::speed_max));
+        return field_list(derived("active", &SpeedLimits::active), field("speed_min", &SpeedLimits::speed_min),
+                          field("speed_max", &SpeedLimits::speed_max));
     }
 
     OMNIMORPH_FN T follow(int i, const T& command, Rotor<T>, ActuatorStep) const {

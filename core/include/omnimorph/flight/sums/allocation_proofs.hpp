@@ -12,9 +12,8 @@ template <class T> struct AllocationProofs {
 
     static constexpr auto fields() {
         using S = AllocationProofs;
-        return std::make_tuple(field("saturated_rows", &S::saturated_rows),
-                               field("kkt_residual_max", &S::kkt_residual_max),
-                               field("unproven_steps", &S::unproven_steps));
+        return field_list(field("saturated_rows", &S::saturated_rows), field("kkt_residual_max", &S::kkt_residual_max),
+                          field("unproven_steps", &S::unproven_steps));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

@@ -13,9 +13,9 @@ template <class T> struct AttitudeError {
 
     static constexpr auto fields() {
         using S = AttitudeError;
-        return std::make_tuple(field("angle", &S::angle), field("angle_squared", &S::angle_squared),
-                               field("angle_max", &S::angle_max), field("sine", &S::sine),
-                               field("last_angle", &S::last_angle));
+        return field_list(field("angle", &S::angle), field("angle_squared", &S::angle_squared),
+                          field("angle_max", &S::angle_max), field("sine", &S::sine),
+                          field("last_angle", &S::last_angle));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

@@ -12,8 +12,8 @@ template <class T> struct PositionError {
 
     static constexpr auto fields() {
         using S = PositionError;
-        return std::make_tuple(field("distance", &S::distance), field("distance_squared", &S::distance_squared),
-                               field("distance_max", &S::distance_max), field("last_distance", &S::last_distance));
+        return field_list(field("distance", &S::distance), field("distance_squared", &S::distance_squared),
+                          field("distance_max", &S::distance_max), field("last_distance", &S::last_distance));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

@@ -12,9 +12,8 @@ template <class T> struct RotorEnergy {
 
     static constexpr auto fields() {
         using S = RotorEnergy;
-        return std::make_tuple(field("drag_power", &S::drag_power),
-                               field("kinetic_energy_gained", &S::kinetic_energy_gained),
-                               field("speed_max", &S::speed_max));
+        return field_list(field("drag_power", &S::drag_power),
+                          field("kinetic_energy_gained", &S::kinetic_energy_gained), field("speed_max", &S::speed_max));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

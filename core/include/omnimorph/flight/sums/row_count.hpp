@@ -10,7 +10,7 @@ template <class T> struct RowCount {
     T last_rows = T(0);  // of the last second
 
     static constexpr auto fields() {
-        return std::make_tuple(field("rows", &RowCount::rows), field("last_rows", &RowCount::last_rows));
+        return field_list(field("rows", &RowCount::rows), field("last_rows", &RowCount::last_rows));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

@@ -10,8 +10,8 @@ template <class T> struct Tilts {
     T tilt_min = T(1e30), tilt_max = T(-1e30);  // beyond any servo
 
     static constexpr auto fields() {
-        return std::make_tuple(field("tilt", &Tilts::tilt), field("tilt_min", &Tilts::tilt_min),
-                               field("tilt_max", &Tilts::tilt_max));
+        return field_list(field("tilt", &Tilts::tilt), field("tilt_min", &Tilts::tilt_min),
+                          field("tilt_max", &Tilts::tilt_max));
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {

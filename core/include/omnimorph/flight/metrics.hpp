@@ -1,5 +1,5 @@
-// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number means and
-// makes the metrics of these sums, by their names.
+// What flights are judged by, added up row by row while they fly: `omnimorph.results.metrics` says what each number
+// means and makes the metrics of these sums, by their names.
 #pragma once
 
 #include "flight.hpp"

@@ -10,15 +10,15 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 
 
-def build(into: Path, **settings: str) -> Path:
+def build(into: Path, tree: Path = ROOT, kind: str = "Release", **settings: str) -> Path:
     """Build the package with settings of CMakeLists.txt; return the folder to import it from."""
-    chosen = {"build-dir": str(into / "build")}
+    chosen = {"build-dir": str(into / "build"), "cmake.build-type": kind}
     chosen |= {f"cmake.define.{name}": value for name, value in settings.items()}
     options = [f"--config-settings={name}={value}" for name, value in chosen.items()]
     packages = into / "packages"
     pip = ["pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
     answer = subprocess.run(
-        [sys.executable, "-m", *pip, "--target", str(packages), *options, str(ROOT)],
+        [sys.executable, "-m", *pip, "--target", str(packages), *options, str(tree)],
         capture_output=True,
         text=True,
         check=False,

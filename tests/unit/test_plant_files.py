@@ -27,7 +27,7 @@ WRONG_PLANTS = [
     ("_ms = 4.0", "_ms = 0.5", "control_period_ms", "is 0.5, but it must be a multiple"),
     ("physics_step_ms", "physics_step", "plant.physics_step", "did you mean physics_step_ms"),
     ('"runge-kutta-4"', '"euler"', "plant.integrator", "semi-implicit-euler or runge-kutta-4"),
-    ('"rotor-lag"', '"rotor-lagg"', f"{EFFECT}.kind", "one of command-delay, rotor-lag"),
+    ('"rotor-lag"', '"rotor-lagg"', f"{EFFECT}.kind", "one of command-delay, "),
     ('kind = "rotor-lag"', "", f"{EFFECT}.kind", "is missing, but it must be one of command-delay"),
     ("up_ms = 20", "up_s = 20", f"{EFFECT}.up_s", "did you mean up_ms"),
     ("up_ms = 20", "up_ms = -1.0", f"{EFFECT}.up_ms", "is -1.0, but it must be a number of milli"),

@@ -2,8 +2,8 @@
 
 Rotor drag power is ``Σ c_tau |w_i|³ = Σ c_tau (|f_i|/c_f)^(3/2)``: convex in the thrusts, so the
 least is found for certain, by Newton's method on the dual problem
-(`core/include/omnimorph/least_effort.hpp`). What it returns is exact for the wrench it makes, which
-agrees with the one asked for to 1e-12 of the largest thrust, or to 1e-9 at the end of what is
+(`core/include/omnimorph/sets/least_effort.hpp`). What it returns is exact for the wrench it makes,
+which agrees with the one asked for to 1e-12 of the largest thrust, or to 1e-9 at the end of what is
 possible, where rounding may stop the search before.
 """
 

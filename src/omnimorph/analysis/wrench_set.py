@@ -2,7 +2,7 @@
 
 All are images of the box of thrusts, ``{ C f : E f = e, f_min ≤ f ≤ f_max }``: a zonotope, or a
 zonotope cut by a subspace. Its facets are known in closed form
-(`core/include/omnimorph/zonotope.hpp`); the number of corners of the box, 2ⁿ, plays no
+(`core/include/omnimorph/sets/zonotope.hpp`); the number of corners of the box, 2ⁿ, plays no
 role. The dead band of the rotors is ignored: a thrust that it forbids counts as possible.
 
 Sources: Hamandi et al., "Design of multirotor aerial vehicles: A taxonomy based on input

@@ -55,6 +55,8 @@ class AllocationRule(Record):
     is; the sum of both must be positive.
     """
 
+    turns_servos: ClassVar[bool] = True
+
     W1: float | tuple[float, ...] = quantity("per_Hz4", WEIGHTS, _WEIGHT)
     W2_position: tuple[float, ...] = quantity(
         "s4_per_m2", WEIGHTS, "three numbers, none negative", length=3
@@ -84,6 +86,7 @@ class FixedTilt(AllocationRule):
     """The box QP at the tilt the vehicle starts with: what a vehicle that does not morph can do."""
 
     kind: ClassVar[str] = "fixed-tilt"
+    turns_servos: ClassVar[bool] = False
 
     def core_rule(self) -> tuple[str, dict[str, object]]:
         """See `AllocationRule`."""

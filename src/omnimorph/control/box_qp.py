@@ -46,8 +46,8 @@ def solve_box_qp(
     """Minimise ½ xᵀHx + gᵀx over lower ≤ x ≤ upper, H symmetric and positive definite, n ≤ 36.
 
     Block principal pivoting, and a primal active-set method where that does not settle (see
-    ``core/include/omnimorph/box_qp.hpp``). Bounds and multipliers are judged to 1e-13, so H should
-    have a mean of about 1 on its diagonal.
+    ``core/include/omnimorph/control/box_qp.hpp``). Bounds and multipliers are judged to 1e-13, so H
+    should have a mean of about 1 on its diagonal.
 
     Parameters
     ----------

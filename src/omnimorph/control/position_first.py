@@ -9,7 +9,7 @@ import numpy as np
 from omnimorph.analysis.omnidirectional import inscribed_radius
 from omnimorph.analysis.platform import lateral_reach, lateral_reach_over_tilts
 from omnimorph.analysis.scaling import searched_range
-from omnimorph.control.allocators import AllocationRule, FixedTilt
+from omnimorph.control.allocators import AllocationRule
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
@@ -33,7 +33,7 @@ def usable_lateral_force(vehicle: Vehicle, rule: AllocationRule, tilt: FloatArra
     At the tilt at which a rule keeps the servos, or at the best of the range that it searches; with
     the best tilts for each side where several servos turn.
     """
-    if isinstance(rule, FixedTilt) or vehicle.n_servos == 0:
+    if not rule.turns_servos or vehicle.n_servos == 0:
         return _SHARE * lateral_force(vehicle, tilt)
     if vehicle.n_servos > 1:
         return _SHARE * lateral_reach_over_tilts(vehicle)

@@ -1,6 +1,6 @@
 """Rotors in line that blow on one another: which they are, and the thrust they lose.
 
-The model is `core/include/omnimorph/interference.hpp`; `docs/model.md` says what of it is
+The model is `core/include/omnimorph/model/interference.hpp`; `docs/model.md` says what of it is
 published, calibrated and assumed.
 """
 

@@ -76,7 +76,7 @@ _OWN_VALUES = {
     "servo-lag": ("servo_time_constant",),
     "servo-rate-limit": ("servo_rate_max",),
 }
-# How a unit at the end of a key is written, where it is not written so.
+# How a unit at the end of a key is written, where that does not follow from the key.
 _WRITTEN_UNITS = {
     "kg_m2": "kg m²",
     "N_per_Hz2": "N/Hz²",
@@ -84,8 +84,6 @@ _WRITTEN_UNITS = {
     "Nm": "N m",
     "deg": "°",
     "deg_per_s": "°/s",
-    "mrad_per_s": "mrad/s",
-    "cm_per_s": "cm/s",
 }
 
 
@@ -199,7 +197,7 @@ def _field_numbers(vehicle: Vehicle, name: str) -> str:
     unit = FIELDS[name].unit
     if not unit:
         return ""
-    shown = _WRITTEN_UNITS.get(unit, unit)
+    shown = _written(unit)
     value = from_SI(np.asarray(getattr(vehicle, name)), unit)
     if name == "inertia":
         return f"diag{_vector(np.diag(value))} {shown}"
@@ -209,6 +207,11 @@ def _field_numbers(vehicle: Vehicle, name: str) -> str:
     sign = "±" if name == "rotor_position" else ""
     gap = "" if shown.startswith("°") else " "
     return sign + " and ".join(number(float(v)) for v in values) + gap + shown
+
+
+def _written(unit: str) -> str:
+    """Return a unit at the end of a key as it is written: ``mrad_per_s`` as mrad/s."""
+    return _WRITTEN_UNITS.get(unit, unit.replace("_per_", "/").replace("_", " "))
 
 
 def _integrator(plant: Mapping[str, Any]) -> str:
@@ -259,4 +262,4 @@ def _named(key: str, value: Any) -> str:
         value = _vector(np.ravel(value)) if np.size(value) <= 18 else "many"
     elif not isinstance(value, str):
         value = number(float(value))
-    return f"{name} {value} {_WRITTEN_UNITS.get(unit, unit)}".replace(" °", "°").strip()
+    return f"{name} {value} {_written(unit)}".replace(" °", "°").strip()

@@ -32,11 +32,17 @@ template <class T> struct EstimatorState {
     }
 };
 
+/// Whether there is anything to estimate: not for an estimator that follows the motion itself, where no sensor errs.
+template <class T> OMNIMORPH_FN bool is_needed(const Estimator<T>& settings, bool has_error) {
+    return has_error ||
+           !std::visit([](const auto& one) { return std::decay_t<decltype(one)>::follows_motion; }, settings);
+}
+
 /// The estimate after a measurement; one that was had already changes nothing.
 template <class T>
 OMNIMORPH_FN Estimate<T> estimate(const Estimator<T>& settings, const Measurement<T>& measured,
                                   EstimatorState<T>& state) {
-    if (!measured.has_error) return {measured.motion};
+    if (!is_needed(settings, measured.has_error)) return {measured.motion};
     return std::visit(
         [&](const auto& estimator) -> Estimate<T> {
             auto& own = get<typename std::decay_t<decltype(estimator)>::State>(state.states);
@@ -55,7 +61,7 @@ template <class T>
 OMNIMORPH_FN Estimate<T> estimate_in_step(const Sensors<T>& sensors, const Estimator<T>& settings,
                                           const Motion<T>& motion, NoiseKey first, std::uint32_t control_step,
                                           EstimatorState<T>& state) {
-    if (has_error(sensors))
+    if (is_needed(settings, has_error(sensors)))
         while (state.next_step < control_step)
             estimate(settings, sense(sensors, motion, first, state.next_step), state);
     return estimate(settings, sense(sensors, motion, first, control_step), state);

@@ -10,8 +10,9 @@ namespace omnimorph {
 /// passes as it is.
 template <class T> struct LowPass {
     static constexpr const char* name = "low-pass";
-    Vec<T, 4> cutoff{};  // rad/s, of position, velocity, attitude and body rate; 0 for none
-    Vec<T, 4> gain{};    // 1 - e^(-period cutoff)
+    static constexpr bool follows_motion = true;  // it gives the motion itself where the sensors have no error
+    Vec<T, 4> cutoff{};                           // rad/s, of position, velocity, attitude and body rate; 0 for none
+    Vec<T, 4> gain{};                             // 1 - e^(-period cutoff)
 
     static constexpr auto fields() {
         return field_list(field("cutoff", &LowPass::cutoff), derived("gain", &LowPass::gain));
@@ -24,10 +25,6 @@ template <class T> struct LowPass {
         static constexpr auto fields() { return field_list(field("filtered", &State::filtered)); }
     };
 
-    void derive(double control_period) {
-        for (int k = 0; k < 4; ++k) gain[k] = cutoff[k] > 0 ? 1.0 - std::exp(-control_period * cutoff[k]) : 1.0;
-    }
-
     /// Take in the measurement of the next control step.
     OMNIMORPH_FN void update(const Measurement<T>& measured, State& state) const {
         for (int c = 0; c < 12; ++c) state.filtered[c] += gain[c / 3] * (measured.error[c] - state.filtered[c]);
@@ -36,5 +33,10 @@ template <class T> struct LowPass {
         return with_error(measured.motion, state.filtered);
     }
 };
+
+OMNIMORPH_FN void derive(LowPass<double>& filters, double control_period) {
+    for (int k = 0; k < 4; ++k)
+        filters.gain[k] = filters.cutoff[k] > 0 ? 1.0 - std::exp(-control_period * filters.cutoff[k]) : 1.0;
+}
 
 }  // namespace omnimorph

@@ -32,7 +32,6 @@ OMNIMORPH_FN Measurement<T> sense(const Sensors<T>& sensors, const Motion<T>& mo
     measured.motion = motion;
     measured.has_error = has_error(sensors);
     measured.control_step = control_step;
-    if (!measured.has_error) return measured;
     measured.error = Vec<T, 12>::zero();
     for_each(sensors, [&](const auto& sensor) {
         if (sensor.active) measured.error = measured.error + sensor.error(motion, first, control_step);

@@ -57,7 +57,7 @@ template <class T, int N> struct LoopSettings {
 /// Set what follows from the other fields.
 template <int N> void derive(LoopSettings<double, N>& s) {
     derive(s.controller);
-    std::visit([&](auto& estimator) { estimator.derive(s.control_period); }, s.estimator);
+    std::visit([&](auto& estimator) { derive(estimator, s.control_period); }, s.estimator);
     derive(s.plant);
 }
 

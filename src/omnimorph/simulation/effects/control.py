@@ -77,11 +77,10 @@ class MeasurementNoise(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set deviations and filters."""
-        cutoff = np.zeros(4)
+        plant.sensors[self.kind] = {"deviation": self.deviation}
         if self.filtered:
             cutoff = own_numbers(plant, self.kind, "filter_cutoff")
-        plant.sensors[self.kind] = {"deviation": self.deviation}
-        plant.sensors["estimator"] = ("low-pass", {"cutoff": cutoff})
+            plant.set_estimator(self.kind, "low-pass", {"cutoff": cutoff})
 
 
 @dataclass(frozen=True, kw_only=True)

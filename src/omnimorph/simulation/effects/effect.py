@@ -31,7 +31,7 @@ class PlantBuild(NamedTuple):
     laws : dict of str to dict
         The imperfections of the core's plant by their kind, each with its fields.
     sensors : dict of str to dict
-        The same of the core's sensors; ``estimator`` is the name and the fields of the estimator.
+        The same of the core's sensors, and the estimator, see `set_estimator`.
     vehicle : Vehicle
         The true one.
     control_period, step : float, s
@@ -43,6 +43,12 @@ class PlantBuild(NamedTuple):
     vehicle: Vehicle
     control_period: float
     step: float
+
+    def set_estimator(self, kind: str, name: str, fields: dict[str, Any]) -> None:
+        """Choose the core's estimator for an effect; refused if another effect has chosen one."""
+        if "estimator" in self.sensors:
+            raise ScenarioError.at("plant", "effect", kind, "the only one that sets the estimator")
+        self.sensors["estimator"] = (name, fields)
 
 
 def own_numbers(

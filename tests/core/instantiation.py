@@ -105,7 +105,7 @@ class Reader:
         special = match.group(3) or (f"<{', '.join(own)}>" if own else "")
         name = (f"{owner}::" if owner else "") + match.group(2) + special
         parameters = (*outer, *own)
-        if parameters:
+        if own:  # otherwise it is instantiated with the class around it, if there is one
             self.found.append(Template(match.group(1), name, spaces, owner, parameters, own))
         return name, parameters
 

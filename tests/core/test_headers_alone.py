@@ -32,6 +32,7 @@ SAMPLE = dict.fromkeys(("Record", "X", "Y", "To", "From"), "Sample")
 LIST = dict.fromkeys("XY", "std::tuple<Sample>")
 CHOICE = dict.fromkeys("XY", "std::variant<Sample>")
 PER_ROTOR = {"X": "PerRotor<{U}, {N}>"}
+EVERYWHERE = {"Moment": "Moment<{T}, {N}>"}  # of a force
 OTHERS = {  # what parameters stand for in single headers ("*"), and in single templates of them
     "control/allocation_problem.hpp": {"*": PER_ROTOR},
     "control/tilt_candidates.hpp": {"*": {"Tilts": "CandidateTilts<{T}>"}},
@@ -53,12 +54,12 @@ OTHERS = {  # what parameters stand for in single headers ("*"), and in single t
     "model/vehicle.hpp": {"Count": {"N": "8"}},  # 0 is defined by itself
     "model/interference.hpp": {"*": {"X": "StackedPair"}},
     "plant/command_delay.hpp": {"*": {"X": "long"}},
-    "plant/pushes.hpp": {"*": {"Moment": "Moment<{T}, {N}>"}},
     "plant/settings.hpp": {
         "*": {"Law": "RotorLag<{T}, {N}>", "Laws": "RotorLaws<double, {N}>"},
     },
 }
 LEFT_OUT = {  # special forms of meta-functions, which those that ask them instantiate
+    "estimate/estimator.hpp": {"StatesOf"},
     "math/fields.hpp": {"HasMembers", "IsRecord", "IsArray"},
 }
 BEFORE = {
@@ -90,7 +91,7 @@ def source(header: Path) -> str:
             vehicles = VEHICLES[:2]
         if template in IN_LANES.get(name, set()):
             vehicles = VEHICLES[2:]
-        chosen = others.get("*", {}) | others.get(template, {})
+        chosen = EVERYWHERE | others.get("*", {}) | others.get(template, {})
         return [
             vehicle | {key: value.format(**vehicle) for key, value in chosen.items()}
             for vehicle in vehicles

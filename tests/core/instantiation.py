@@ -10,7 +10,9 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-NOT_IN_AN_INSTANTIATION = r"\b(inline|constexpr|static|explicit|friend|OMNIMORPH_FN)\b\s*"
+NOT_IN_AN_INSTANTIATION = (
+    r"(\b(inline|constexpr|static|explicit|friend|OMNIMORPH_FN)\b|\[\[[^]]*\]\])\s*"
+)
 Choices = Callable[[str], list[dict[str, str]]]  # of template arguments, for the name of a template
 CLOSING = {"(": ")", "[": "]", "{": "}", "<": ">"}
 
@@ -105,7 +107,7 @@ class Reader:
         special = match.group(3) or (f"<{', '.join(own)}>" if own else "")
         name = (f"{owner}::" if owner else "") + match.group(2) + special
         parameters = (*outer, *own)
-        if parameters:
+        if own:  # otherwise it is instantiated with the class around it, if there is one
             self.found.append(Template(match.group(1), name, spaces, owner, parameters, own))
         return name, parameters
 
@@ -235,8 +237,10 @@ def instantiation(template: Template, values: Mapping[str, str], number: int) ->
         line = f"template {template.kind} {with_values(template.name, chosen)};"
     elif template.kind == "function":
         qualified = (f"{owner}::" if owner else "") + template.name
-        if not template.returned:  # a constructor, whose own arguments are deduced
-            own = ""
+        packs = [name for name in template.own_parameters if f"{name}..." in template.arguments]
+        if not template.returned or packs not in ([], [*template.own_parameters[-1:]]):
+            own = ""  # deduced: of a constructor, and where others follow a pack
+        arguments = arguments.replace("...", "")  # of packs, each of one argument
         returned = with_values(template.returned, chosen)
         given = f"<{own}>" if own else ""
         line = f"template {returned} {qualified}{given}({arguments}) {template.suffix};"

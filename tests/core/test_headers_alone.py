@@ -29,37 +29,47 @@ ONE_VEHICLE = {  # what is for one vehicle, or is what lanes are made of
 }
 IN_LANES = {"control/tilt_candidates.hpp": {"best_in_turn"}}
 SAMPLE = dict.fromkeys(("Record", "X", "Y", "To", "From"), "Sample")
-LIST = dict.fromkeys("XY", "std::tuple<Sample>")
+LIST = dict.fromkeys("XY", "Records<Sample>")
 CHOICE = dict.fromkeys("XY", "std::variant<Sample>")
 PER_ROTOR = {"X": "PerRotor<{U}, {N}>"}
+EVERYWHERE = {"Moment": "Moment<{T}, {N}>"}  # of a force
 OTHERS = {  # what parameters stand for in single headers ("*"), and in single templates of them
     "control/allocation_problem.hpp": {"*": PER_ROTOR},
     "control/tilt_candidates.hpp": {"*": {"Tilts": "CandidateTilts<{T}>"}},
     "flight/loop.hpp": {"*": {"X": "long"}},
+    "flight/metrics.hpp": {"*": {"Sums": "FlightSums<{T}>", "Each": "Tilts<{T}>"}},
     "flight/record.hpp": {
         "*": {"Rows": "3", "Columns": "0", "Stored": "double", "Values": "PerRotor<{T}, {N}>"}
     },
     "flight/stored_state.hpp": {"*": {"X": "FlightState<double, {N}>"}},
     "math/fields.hpp": {
-        "*": {**SAMPLE, "Member": "double", "I": "0", "Guess": "1"},
+        "*": {
+            **SAMPLE,
+            "Member": "double",
+            "I": "0",
+            "Count": "1",
+            "Choice": "std::variant<Sample>",
+            "Each": "Field<Sample, double>",
+        },
         "elements_of": {"X": "Samples"},
-        "for_each_number_of_lists": LIST,
+        "for_each_pair": LIST,
         "for_each_leaf_of_list": LIST,
         "for_each_number_of_one": CHOICE,
         "for_each_number_of_choices": CHOICE,
         "for_each_leaf_of_choice": CHOICE,
     },
     "math/pack.hpp": {"*": {"U": "int"}},
+    "math/records.hpp": {"*": {"First": "double", "Rest": "float", "Kind": "float"}},
     "model/vehicle.hpp": {"Count": {"N": "8"}},  # 0 is defined by itself
     "model/interference.hpp": {"*": {"X": "StackedPair"}},
     "plant/command_delay.hpp": {"*": {"X": "long"}},
-    "plant/pushes.hpp": {"*": {"Moment": "Moment<{T}, {N}>"}},
     "plant/settings.hpp": {
         "*": {"Law": "RotorLag<{T}, {N}>", "Laws": "RotorLaws<double, {N}>"},
     },
 }
 LEFT_OUT = {  # special forms of meta-functions, which those that ask them instantiate
-    "math/fields.hpp": {"HasMembers", "IsRecord", "IsArray"},
+    "estimate/estimator.hpp": {"StatesOf"},
+    "math/fields.hpp": {"HasMembers", "IsRecord", "IsArray", "field_list"},
 }
 BEFORE = {
     "math/fields.hpp": """
@@ -67,7 +77,7 @@ namespace omnimorph {
 struct Sample {
     static constexpr const char* name = "sample";
     double x = 0;
-    static constexpr auto fields() { return std::make_tuple(field("x", &Sample::x)); }
+    static constexpr auto fields() { return field_list(field("x", &Sample::x)); }
 };
 struct Samples {
     double a[2];
@@ -90,7 +100,7 @@ def source(header: Path) -> str:
             vehicles = VEHICLES[:2]
         if template in IN_LANES.get(name, set()):
             vehicles = VEHICLES[2:]
-        chosen = others.get("*", {}) | others.get(template, {})
+        chosen = EVERYWHERE | others.get("*", {}) | others.get(template, {})
         return [
             vehicle | {key: value.format(**vehicle) for key, value in chosen.items()}
             for vehicle in vehicles

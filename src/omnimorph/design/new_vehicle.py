@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterator
 from typing import Literal, get_args
 
-from omnimorph.design.keys import FIELDS
 from omnimorph.errors import VehicleError
 
 __all__ = ["KINDS", "Kind", "new_vehicle_text"]
@@ -119,6 +118,8 @@ def _servos(count: int, kind: Kind) -> Iterator[str]:
 
 
 def _assumed(kind: Kind) -> Iterator[str]:
+    from omnimorph.design.keys import FIELDS  # which loads NumPy; `--help` needs the kinds alone
+
     yield "\n[assumed]\n"
     asked = [
         field for field in FIELDS.values() if field.shape is not None and not field.is_optional

@@ -13,7 +13,7 @@ import pytest
 
 CORE = Path(__file__).parents[2] / "core"
 PROGRAMS = sorted((CORE / "tests").glob("*.cpp"))
-QUICKLY_COMPILED = {"elementary_in_lanes", "fly_case_a", "interference_in_lanes"}
+QUICKLY_COMPILED = {"elementary_in_lanes", "interference_in_lanes"}
 ALLOCATION = CORE / "tests" / "allocation_that_changes.cpp"
 # What a program is compiled with besides, to prove that it does without.
 FLAGS = {"loop_alone": ["-fno-exceptions", "-fno-rtti"]}

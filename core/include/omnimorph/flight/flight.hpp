@@ -108,7 +108,7 @@ template <class T, int N> class Flight {
 
     /// Let the core's controller decide, and send its command.
     const Allocation<T, N>& control(const Motion<T>& known, const Desired<T>& now) {
-        decide(loop_, known, now, x_, memory_);
+        allocate(loop_, known, track(loop_.tracking, known, now, x_.tracking), x_, memory_);
         return x_.decided;
     }
 

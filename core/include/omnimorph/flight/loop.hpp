@@ -99,17 +99,16 @@ OMNIMORPH_FN const Command<T, N>& command_in_force(const FlightState<T, N>& x, S
     return memory.delay_line != nullptr ? memory.delay_line->arrived(x.step) : x.decided.command;
 }
 
-/// track -> allocate, from an estimate of the motion.
+/// From a demand to the command that answers it, which is sent.
 template <class T, int N>
-OMNIMORPH_FN void decide(const Loop<T, N>& loop, const Motion<T>& known, const Desired<T>& desired,
-                         FlightState<T, N>& x, StepMemory<T, N>& memory) {
-    const Demand<T> demand = track(loop.tracking, known, desired, x.tracking);
+OMNIMORPH_FN void allocate(const Loop<T, N>& loop, const Motion<T>& known, const Demand<T>& demand,
+                           FlightState<T, N>& x, StepMemory<T, N>& memory) {
     allocate(loop.allocation, loop.problem, known, demand, x.decided, memory.allocation);
     x.decided_outside = false;
     send(loop, x, memory);
 }
 
-/// actuate -> forces -> move: one physics step, at the stages of the plant's integrator.
+/// actuate -> forces -> move: one physics step; the plant's integrator takes the three at its own stages.
 template <class T, int N>
 OMNIMORPH_FN void move(const Loop<T, N>& loop, const Vec6<T>& push, FlightState<T, N>& x, StepMemory<T, N>& memory) {
     advance(loop.plant, command_in_force(x, memory), x.step, push, x.plant);
@@ -124,7 +123,8 @@ OMNIMORPH_FN void step(const Loop<T, N>& loop, const Desired<T>& desired, const 
     if (control_is_due(loop, x)) {
         const Measurement<T> measured = sense(loop.sensors, x.plant.motion, loop.noise, control_step(loop, x));
         const Estimate<T> known = estimate(loop.estimator, measured, x.estimator);
-        decide(loop, known.motion, desired, x, memory);
+        const Demand<T> demand = track(loop.tracking, known.motion, desired, x.tracking);
+        allocate(loop, known.motion, demand, x, memory);
     }
     if (goes_on()) move(loop, push, x, memory);
 }

@@ -1,6 +1,8 @@
 // What a plant is: the true vehicle, the integrator and its step, and the imperfections.
 #pragma once
 
+#include <string_view>
+
 #include "../model/interference.hpp"
 #include "effects.hpp"
 
@@ -58,10 +60,18 @@ template <class Law, class = void> inline constexpr bool has_derived = false;
 template <class Law>
 inline constexpr bool has_derived<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
 
+/// Whether fields of a law follow from others.
+template <class Law> constexpr bool needs_derive() {
+    return Law::fields()(
+        [](const auto&... each) { return ((each.is_derived && std::string_view(each.name) != "active") || ...); });
+}
+
 /// Set what follows from the other fields of each law.
 template <class Laws> OMNIMORPH_FN void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
-        if constexpr (has_derived<std::decay_t<decltype(law)>>) derive(law, n, m, h);
+        using Law = std::decay_t<decltype(law)>;
+        static_assert(has_derived<Law> || !needs_derive<Law>(), "a law with derived fields has derive(law, n, m, h)");
+        if constexpr (has_derived<Law>) derive(law, n, m, h);
     };
     for_each(laws, derive_one);
 }

@@ -139,9 +139,9 @@ PlantSettings<double, n> late_plant(Integrator integrator) {
     PlantSettings<double, n> s = paper::perfect_plant(paper::vehicle());
     s.integrator = integrator;
     s.rotor_momentum.active = s.interference.active = true;
-    auto& rotors = std::get<RotorLag<double, n>>(s.rotor_laws);
-    auto& servos = std::get<ServoLag<double>>(s.servo_laws);
-    auto& push = std::get<SineWrench<double>>(s.forces);
+    auto& rotors = get<RotorLag<double, n>>(s.rotor_laws);
+    auto& servos = get<ServoLag<double>>(s.servo_laws);
+    auto& push = get<SineWrench<double>>(s.forces);
     rotors.active = servos.active = push.active = true;
     for (int i = 0; i < n; ++i) {
         rotors.up[i] = 0.03;

@@ -65,7 +65,7 @@ template <int N> bool flies(const worn::Rule& rule, Integrator integrator) {
 
 int main() {
     const auto settings = worn::loop(worn::rules[1], Integrator::semi_implicit_euler, 2);
-    bool well = worn::is_all_on(settings.plant) && settings.plant.delay.steps > 0 && settings.sensors.active;
+    bool well = worn::is_all_on(settings.plant) && settings.plant.delay.steps > 0 && worn::is_all_on(settings.sensors);
     for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::runge_kutta_4})
         for (const worn::Rule& rule : worn::rules) {
             well = flies<paper::rotors>(rule, integrator) && well;

@@ -54,14 +54,16 @@ template <class T, int N> struct PlantSettings {
 
 namespace plant {
 
-template <class Law, class = void> inline constexpr bool has_derived = false;
+template <class Law, class = void> inline constexpr bool has_derive = false;
 template <class Law>
-inline constexpr bool has_derived<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
+inline constexpr bool has_derive<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
 
 /// Set what follows from the other fields of each law.
 template <class Laws> OMNIMORPH_FN void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
-        if constexpr (has_derived<std::decay_t<decltype(law)>>) derive(law, n, m, h);
+        using Law = std::decay_t<decltype(law)>;
+        static_assert(has_derive<Law> || !fields::has_derived<Law>, "derive(law, n, m, h) is missing");
+        if constexpr (has_derive<Law>) derive(law, n, m, h);
     };
     for_each(laws, derive_one);
 }
@@ -73,6 +75,7 @@ template <int N> OMNIMORPH_FN void derive(PlantSettings<double, N>& s) {
     derive(s.vehicle);
     plant::derive_each(s.rotor_laws, n, m, s.actuator_step());
     plant::derive_each(s.servo_laws, n, m, s.actuator_step());
+    plant::derive_each(s.forces, n, m, s.actuator_step());
 }
 
 }  // namespace omnimorph

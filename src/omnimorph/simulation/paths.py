@@ -41,7 +41,7 @@ from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 
 __all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 
-_PATH = re.compile(r"(.*?)((?:\[\d{1,9}\])*)", re.DOTALL)
+_PATH = re.compile(r"(.*?)((?:\[(?:0|[1-9][0-9]{0,8})\])*)", re.DOTALL)
 _MOST_NAMED = 4
 _PROPOSED_FOR = ("vehicle.", "start_tilt", "plant.control_period", "plant.command-delay.")
 
@@ -276,9 +276,9 @@ def _split(path: str) -> tuple[str, tuple[int, ...]]:
 def _place(parts: Mapping[str, Any], path: str, beside: Sequence[str] = ()) -> _Place:
     """Return where a path leads; refuse one that leads nowhere."""
     known = _known(parts)
-    begin, at = _split(str(path))
+    begin, at = _split(path) if isinstance(path, str) else ("", ())
     if begin not in known:
-        raise _unknown(parts, str(path), known, beside)
+        raise _unknown(parts, path if isinstance(path, str) else repr(path), known, beside)
     name, field = known[begin]
     place = _Place(parts[name], name, field, at)
     shape = np.shape(_whole(place.part, field, parts["vehicle"]))

@@ -24,9 +24,9 @@ from omnimorph.simulation.loop_parts import (
     bytes_of_flights,
     loop_parts,
     physics_steps,
-    whole_number,
 )
 from omnimorph.simulation.scenario import ScenarioLike, as_scenario
+from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["NO_PUSH", "SteppedFlight"]
 

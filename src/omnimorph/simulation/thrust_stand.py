@@ -41,10 +41,10 @@ from omnimorph.simulation.effects import (
 from omnimorph.simulation.loop_parts import (
     MOST_STEPS,
     bytes_of_a_row,
-    whole_number,
 )
 from omnimorph.simulation.plant import PlantModel, core_motion
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
+from omnimorph.simulation.whole_number import whole_number
 from omnimorph.units import from_SI
 
 __all__ = ["SixAxisSensor", "StandReading", "ThrustStand"]

@@ -128,6 +128,9 @@ StateHeader header_of(const BoundFlight& flight, const DelayLine<double, 0>* del
     header.n_rotors = flight->n_rotors;
     header.n_servos = flight->n_servos;
     header.has_delay_line = delay_line != nullptr;
+    const AnyLoopSettings& s = nb::cast<const BoundSettings&>(flight.settings).settings;
+    header.control_every = s.control_every;
+    header.physics_step = s.plant.step;
     return header;
 }
 
@@ -151,7 +154,7 @@ void restore(const BoundFlight& flight, const nb::bytes& bytes) {
         case Stored::of_another_version:
             throw nb::value_error("it was stored by another version of omnimorph");
         case Stored::of_another_flight:
-            throw nb::value_error("it is of another flight: rotors, servos or delay differ");
+            throw nb::value_error("it is of another flight: rotors, servos, delay or time steps differ");
         case Stored::broken:
             throw nb::value_error("it is broken");
     }

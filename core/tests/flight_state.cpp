@@ -72,6 +72,8 @@ struct Stored8 {
         header.n_rotors = n;
         header.n_servos = 1;
         header.has_delay_line = 1;
+        header.control_every = settings.control_every;
+        header.physics_step = settings.plant.step;
     }
     std::vector<unsigned char> bytes() const { return store(header, state, &line); }
 };
@@ -114,6 +116,8 @@ bool refuses_another(const Stored8& good) {
     return read(flipped, good.header) == Stored::of_another_version &&
            changed(good, [](Stored8& s) { ++s.header.version; }) == Stored::of_another_version &&
            another([](Stored8& s) { s.header.n_rotors = 6; }) && another([](Stored8& s) { s.header.n_servos = 2; }) &&
+           another([](Stored8& s) { s.header.control_every = 3; }) &&
+           another([](Stored8& s) { s.header.physics_step = 2e-3; }) &&
            read(store(good.header, good.state, nullptr), good.header) == Stored::of_another_flight;
 }
 
@@ -125,7 +129,8 @@ bool refuses_the_impossible(const Stored8& good) {
            broken([](Stored8& s) { s.state.status[0] = FlightStatus(-1); }) &&
            broken([](Stored8& s) { s.line.oldest = -1; }) &&
            broken([](Stored8& s) { s.line.oldest = s.line.newest + 1; }) &&
-           broken([](Stored8& s) { s.line.newest = s.line.oldest + s.line.places + 1; });
+           broken([](Stored8& s) { s.line.newest = s.line.oldest + s.line.places + 1; }) &&
+           broken([](Stored8& s) { s.line.oldest = s.line.newest = s.state.step + 2; });
 }
 
 bool passes(const char* name, bool passed) {

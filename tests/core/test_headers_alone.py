@@ -30,7 +30,6 @@ ONE_VEHICLE = {  # what is for one vehicle, or is what lanes are made of
 IN_LANES = {"control/tilt_candidates.hpp": {"best_in_turn"}}
 SAMPLE = dict.fromkeys(("Record", "X", "Y", "To", "From"), "Sample")
 LIST = dict.fromkeys("XY", "Records<Sample>")
-CHOICE = dict.fromkeys("XY", "std::variant<Sample>")
 PER_ROTOR = {"X": "PerRotor<{U}, {N}>"}
 EVERYWHERE = {"Moment": "Moment<{T}, {N}>"}  # of a force
 OTHERS = {  # what parameters stand for in single headers ("*"), and in single templates of them
@@ -53,10 +52,6 @@ OTHERS = {  # what parameters stand for in single headers ("*"), and in single t
         },
         "elements_of": {"X": "Samples"},
         "for_each_pair": LIST,
-        "for_each_leaf_of_list": LIST,
-        "for_each_number_of_one": CHOICE,
-        "for_each_number_of_choices": CHOICE,
-        "for_each_leaf_of_choice": CHOICE,
     },
     "math/pack.hpp": {"*": {"U": "int"}},
     "math/records.hpp": {"*": {"First": "double", "Rest": "float", "Kind": "float"}},

@@ -334,3 +334,13 @@ def test_a_value_that_cannot_be_is_refused(path: str, value: Any, sentence: str)
 def test_values_that_are_no_mapping_are_refused(wrong: Any) -> None:
     with pytest.raises(ScenarioError, match="but it must be a mapping from paths to numbers"):
         om.replaced(TOUR, wrong)
+
+
+def test_a_path_beside_one_of_its_own_numbers_is_refused() -> None:
+    """The order of the mapping must not decide which of them counts."""
+    both = {"vehicle.thrust_coefficient[3]": 5e-6, "vehicle.thrust_coefficient": 4e-6}
+    for values in (both, dict(reversed(both.items()))):
+        with pytest.raises(
+            ScenarioError, match=r"coefficient\[3\] is .given., but it must be left"
+        ):
+            replaced(om.load_scenario("hover"), values)

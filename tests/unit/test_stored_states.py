@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -93,7 +93,7 @@ def test_rows_that_a_branch_has_not_flown_are_no_numbers() -> None:
     assert "restored" in run.provenance.scenario_text
 
 
-VERSION, ROTORS, HEADER = 0, 8, 32
+VERSION, ROTORS, HEADER = 0, 8, 48
 
 
 def of_another_version(state: bytes) -> bytes:
@@ -112,13 +112,19 @@ def beyond_the_end(state: bytes) -> bytes:
     return state[:HEADER] + struct.pack("<q", 2**40) + state[HEADER + 8 :]
 
 
+def after_more_commands_than_there_are_numbers(state: bytes) -> bytes:
+    """Whose next commands would be counted past the largest number, to places before the first."""
+    return state[:-16] + struct.pack("<qq", 2**63 - 3, 2**63 - 1)
+
+
 @pytest.mark.parametrize(
     ("spoil", "why"),
     [
         (of_another_version, "another version of omnimorph"),
-        (of_more_rotors, "another flight: rotors, servos or delay"),
+        (of_more_rotors, "another flight: rotors, servos, delay"),
         (at_a_negative_step, "broken"),
         (beyond_the_end, "broken"),
+        (after_more_commands_than_there_are_numbers, "broken"),
         (lambda state: state[:-1], "broken"),
         (lambda state: state + b"\0", "broken"),
         (lambda state: b"", "broken"),
@@ -138,12 +144,22 @@ def test_states_that_do_not_fit_are_refused(spoil: Callable[[bytes], bytes], why
 
 def test_a_state_with_a_delay_is_not_one_without() -> None:
     delayed, direct = om.SteppedFlight(scenario()), om.SteppedFlight(scenario((NOISE,)))
-    with pytest.raises(ScenarioError, match="rotors, servos or delay differ"):
+    with pytest.raises(ScenarioError, match="rotors, servos, delay or time steps differ"):
         direct.restore(delayed.stored_state())
     assert len(direct.stored_state()) < 2000 < 8000 < len(delayed.stored_state())
 
 
-@pytest.mark.parametrize("state", [None, "state", 3.5, [0.5]])
+@pytest.mark.parametrize("other", [{"physics_step": 2e-3}, {"control_period": 2e-3}])
+def test_a_state_is_one_of_the_same_time_steps(other: dict[str, Any]) -> None:
+    """They count its time, and the control steps in which it decides."""
+    flight = om.SteppedFlight(scenario())
+    step(flight, 3)
+    plant = replace(scenario().plant, **other)
+    with pytest.raises(ScenarioError, match="delay or time steps differ"):
+        om.SteppedFlight(replace(scenario(), plant=plant)).restore(flight.stored_state())
+
+
+@pytest.mark.parametrize("state", [None, "state", 3.5, [0.5], 3, 2**62, {1: 2}])
 def test_a_state_is_bytes(state: object) -> None:
     with pytest.raises(ScenarioError, match="the state of the flight cannot be used"):
         om.SteppedFlight(scenario()).restore(state)  # type: ignore[arg-type]

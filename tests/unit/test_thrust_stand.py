@@ -180,3 +180,12 @@ def test_records_are_frozen() -> None:
     for array in (reading.force, reading.true_torque, reading.speed, reading.time, reading.axis):
         assert not array.flags.writeable
     assert not profile().speed.flags.writeable
+
+
+@pytest.mark.parametrize("other", [None, 3, "sensor"])
+def test_sensor_and_profile_are_of_their_kinds(other: Any) -> None:
+    vehicle = om.load_vehicle("omnimorph")
+    with pytest.raises(ScenarioError, match=r"sensor is .* of the kind SixAxisSensor"):
+        om.ThrustStand(vehicle=vehicle, rotor=4, tilt=0.0, sensor=other)
+    with pytest.raises(ScenarioError, match=r"profile is .* of the kind SpeedProfile"):
+        om.ThrustStand(vehicle=vehicle, rotor=4, tilt=0.0).measure(other)

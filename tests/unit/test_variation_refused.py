@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -161,3 +162,21 @@ def test_the_attitude_gives_way_in_all_flights_or_in_none() -> None:
     assert [force == np.inf for force in forces] == [True, False]
     told = refusal(scenario, {"vehicle.mass": masses})
     assert "the attitude gives way either in all flights of a batch or in none" in told
+
+
+@pytest.mark.parametrize("path", [Path("truth.mass"), b"truth.mass", None, 3])
+def test_a_path_is_a_text(path: Any) -> None:
+    with pytest.raises(InputError, match="is not a known key or path"):
+        om.fly_many(HOVER, 2, vary={path: [1.3, 1.4]})
+
+
+@pytest.mark.parametrize("index", ["03", "-1", "٣", " 3", "1.0"])
+def test_an_index_is_written_in_one_way(index: str) -> None:
+    with pytest.raises(InputError, match="is not a known key or path"):
+        om.fly_many(HOVER, 2, vary={f"truth.thrust_coefficient[{index}]": [1e-5, 1e-5]})
+
+
+@pytest.mark.parametrize("numbers", [["1.3", "1.4"], [1.3 + 1j, 1.4], np.array([1, 2], "m8[s]")])
+def test_numbers_are_real_numbers(numbers: Any) -> None:
+    with pytest.raises(InputError, match=r"truth\.mass is .* an array of 2 numbers"):
+        om.fly_many(HOVER, 2, vary={"truth.mass": numbers})

@@ -104,7 +104,7 @@ class Metrics:
     )
     acceleration_energy_J: float = metric(
         "Σ max(0, ½ I (w_{k+1}² − w_k²)) over steps and rotors: what it took to speed the rotors "
-        "up; nothing is won back when they slow down.",
+        "up, by the controller's vehicle; nothing is won back when they slow down.",
         Measure("energy to accelerate the rotors", 1.0, "J"),
         lambda sums: sums.flown(sums.kinetic_energy_gained),
         kinetic_energy_gained=MeasuredRows.kinetic_energy_gained,

@@ -108,12 +108,10 @@ def numbers_drawn(
     """
     ppf = getattr(wanted, "ppf", None)
     try:
-        if ppf is not None:
-            values = np.asarray(ppf(_shares(name, seed, first, shape)), dtype=np.float64)
-        else:
-            values = np.array(wanted, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):  # not numbers
-        values = np.zeros(0)
+        found = wanted if ppf is None else ppf(_shares(name, seed, first, shape))
+    except (TypeError, ValueError, OverflowError):  # no distribution
+        found = None
+    values = as_numbers(found).copy()
     n, of_a_flight = shape[0], shape[1:]
     if values.shape == shape or (one_for_all and values.shape == (n,) and ppf is None):
         return values
@@ -121,8 +119,8 @@ def numbers_drawn(
     rows = f"{n} numbers" if not of_a_flight else f"{n} rows of {of_a_flight[0]} numbers"
     if len(of_a_flight) > 1:
         rows = f"{n} arrays of shape {of_a_flight}"
-    found = wanted if values.size == 0 else f"of shape {values.shape}"
-    raise ScenarioError.at("vary", name, found, f"{what} or an array of {rows}")
+    given = f"of shape {values.shape}" if values.ndim else wanted
+    raise ScenarioError.at("vary", name, given, f"{what} or an array of {rows}")
 
 
 def _shares(name: str, seed: int, first: int, shape: tuple[int, ...]) -> FloatArray:

@@ -22,11 +22,11 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.results.run import Run
-from omnimorph.simulation.loop_parts import whole_number
 from omnimorph.simulation.parts_in_flight import in_flight
 from omnimorph.simulation.plant import NOT_ASKED, PlantLike, as_plant, as_state, send
 from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
 from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
+from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["fly", "measurement_noise"]
 

@@ -26,11 +26,11 @@ from omnimorph.simulation.loop_parts import (
     as_run,
     bytes_of_flights,
     loop_parts,
-    whole_number,
 )
 from omnimorph.simulation.plant import PlantLike, as_plant
 from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
+from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["fly_many"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import operator
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
@@ -38,7 +37,6 @@ __all__ = [
     "loop_fields",
     "loop_parts",
     "physics_steps",
-    "whole_number",
 ]
 
 MOST_STEPS = 2**31
@@ -218,17 +216,6 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
         attitude = rows[k, 3:12].reshape(3, 3).tolist()
         raise ScenarioError.at(scenario.name, place, attitude, ROTATION)
     return _core.Reference(nothing, np.ascontiguousarray(rows))
-
-
-def whole_number(place: str, name: str, value: object, bits: int) -> int:
-    """Return an integer that fits in so many bits; refuse anything else."""
-    try:
-        number = operator.index(value)  # type: ignore[arg-type]
-    except TypeError:
-        number = -1
-    if isinstance(value, bool) or not 0 <= number < 2**bits:
-        raise ScenarioError.at(place, name, value, f"an integer from 0 to 2**{bits} - 1")
-    return number
 
 
 def _row(reference: Reference, time: float) -> FloatArray:

@@ -41,7 +41,7 @@ from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 
 __all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 
-_PATH = re.compile(r"(.*?)((?:\[\d{1,9}\])*)", re.DOTALL)
+_PATH = re.compile(r"(.*?)((?:\[(?:0|[1-9][0-9]{0,8})\])*)", re.DOTALL)
 _MOST_NAMED = 4
 _PROPOSED_FOR = ("vehicle.", "start_tilt", "plant.control_period", "plant.command-delay.")
 
@@ -116,6 +116,15 @@ def shape_at(scenario: Scenario, path: str, beside: Sequence[str] = ()) -> tuple
     return shape
 
 
+def _refuse_overlaps(scenario: Scenario, values: Mapping[str, ArrayLike]) -> None:
+    """Refuse a path beside one of its own numbers: which of them would count."""
+    for path in values:
+        whole = next((one for one in values if str(path).startswith(f"{one}[")), None)
+        if whole is not None:
+            allowed = f"left out, or put into the numbers at {whole}"
+            raise ScenarioError.at(f"scenario {scenario.name}", str(path), "given", allowed)
+
+
 def replaced_at(scenario: Scenario, path: str, value: ArrayLike) -> Scenario:
     """Return a scenario with another value at a path, checked again.
 
@@ -184,6 +193,7 @@ def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenari
     changes: dict[str, dict[str, Any]] = {name: {} for name in parts}
     known_truth = [one for one in scenario.plant.effects if isinstance(one, TrueValues)]
     true_values = [value for one in known_truth for value in one.values]
+    _refuse_overlaps(scenario, values)
     for path, value in values.items():
         place = _place(parts, path)
         number = _number(parts, place, path, value)
@@ -276,9 +286,9 @@ def _split(path: str) -> tuple[str, tuple[int, ...]]:
 def _place(parts: Mapping[str, Any], path: str, beside: Sequence[str] = ()) -> _Place:
     """Return where a path leads; refuse one that leads nowhere."""
     known = _known(parts)
-    begin, at = _split(str(path))
+    begin, at = _split(path) if isinstance(path, str) else ("", ())
     if begin not in known:
-        raise _unknown(parts, str(path), known, beside)
+        raise _unknown(parts, path if isinstance(path, str) else repr(path), known, beside)
     name, field = known[begin]
     place = _Place(parts[name], name, field, at)
     shape = np.shape(_whole(place.part, field, parts["vehicle"]))

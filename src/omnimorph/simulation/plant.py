@@ -7,6 +7,7 @@ actuators at the start, middle and end of the step.
 
 from __future__ import annotations
 
+import operator
 import os
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
@@ -27,6 +28,7 @@ from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
+from omnimorph.simulation.whole_number import whole_number
 
 __all__ = [
     "INTEGRATORS",
@@ -212,13 +214,16 @@ class SimulatedPlant:
         if thrust.shape != (vehicle.n_rotors,) or not np.isfinite(thrust).all():
             allowed = f"{vehicle.n_rotors} finite numbers of newtons"
             raise ScenarioError.at("plant", "start_thrust", start_thrust, allowed)
-        row = state_row(*start)
-        if row.shape != (18,) or not np.isfinite(row).all():
-            raise ScenarioError.at("plant", "start", tuple(start), "a state of finite numbers")
+        parts = [as_numbers(part) for part in start] if isinstance(start, tuple) else []
+        row = state_row(*parts, ())
+        if [part.size for part in parts] != [3, 9, 3, 3] or not np.isfinite(row).all():
+            raise ScenarioError.at("plant", "start", start, "a State of finite numbers")
         if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
             raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
         begins = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
         settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": begins})
+        seed = whole_number("plant", "seed", seed, 64)
+        flight = whole_number("plant", "flight", flight, 32)
         self._plant = _core.new_plant(settings=settings, seed=seed, flight=flight)
         self._counts = vehicle.n_rotors, vehicle.n_servos
 
@@ -259,9 +264,13 @@ class SimulatedPlant:
             If there is no such rotor; they are counted from 0.
         """
         n_rotors = self._counts[0]
-        if isinstance(rotor, bool) or rotor not in range(n_rotors):
+        try:
+            index = operator.index(rotor)
+        except TypeError:
+            index = -1
+        if isinstance(rotor, bool) or not 0 <= index < n_rotors:
             raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
-        return self._plant.hub_load(rotor)
+        return self._plant.hub_load(index)
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
@@ -272,13 +281,15 @@ class SimulatedPlant:
         if self._plant.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
-        parts = [as_numbers(part) for part in command]
+        try:
+            parts = [as_numbers(part) for part in command]
+        except TypeError as problem:  # no parts
+            raise _unfit_command(problem) from None
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
         if tuple(part.size for part in parts) != self._counts:
-            raise _unfit_command(
-                ValueError(f"it has {parts[0].size} thrusts and {parts[1].size} tilts")
-            )
+            sizes = ", ".join(str(part.size) for part in parts)
+            raise _unfit_command(ValueError(f"its parts are of so many numbers: {sizes}"))
         self._plant.send(*parts)
 
     def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
@@ -286,10 +297,9 @@ class SimulatedPlant:
 
         `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
-        push = as_numbers(disturbance)
-        if steps < 0 or push.shape != (6,) or not np.isfinite(push).all():
-            allowed = "at least no step, under a wrench of six finite numbers"
-            raise ScenarioError.at("plant", "steps and disturbance", (steps, push), allowed)
+        push, steps = as_numbers(disturbance), whole_number("plant", "steps", steps, 31)
+        if push.shape != (6,) or not np.isfinite(push).all():
+            raise ScenarioError.at("plant", "disturbance", disturbance, "six finite numbers")
         self._integrate(steps, push)
         return self.state
 

@@ -24,9 +24,9 @@ from omnimorph.simulation.loop_parts import (
     bytes_of_flights,
     loop_parts,
     physics_steps,
-    whole_number,
 )
 from omnimorph.simulation.scenario import ScenarioLike, as_scenario
+from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["NO_PUSH", "SteppedFlight"]
 
@@ -190,12 +190,14 @@ class SteppedFlight:
     def restore(self, state: bytes) -> None:
         """Go on from a state that a flight of the same scenario has stored.
 
+        Of one like it (another mass, another noise) it goes on with the numbers of this flight.
         Rows before it that this flight has not flown itself are NaN.
 
         Raises
         ------
         ScenarioError
-            If the state is of another version of omnimorph, of another vehicle, or broken.
+            If the state is of another version of omnimorph, of a flight with other counts of rotors
+            and servos or other time steps, or broken.
 
         Examples
         --------
@@ -207,7 +209,7 @@ class SteppedFlight:
         True
         """
         try:
-            self.core.restore(bytes(state))
+            self.core.restore(memoryview(state).tobytes())
         except (TypeError, ValueError) as problem:
             allowed = "what a flight of the same scenario has stored"
             raise ScenarioError(

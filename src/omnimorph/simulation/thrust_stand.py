@@ -21,7 +21,7 @@ from omnimorph.analysis.scaling import checked_tilt
 from omnimorph.arrays import as_numbers
 from omnimorph.design.files import as_vehicle
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record, quantity
+from omnimorph.design.records import Record, check_record, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
@@ -41,10 +41,10 @@ from omnimorph.simulation.effects import (
 from omnimorph.simulation.loop_parts import (
     MOST_STEPS,
     bytes_of_a_row,
-    whole_number,
 )
 from omnimorph.simulation.plant import PlantModel, core_motion
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
+from omnimorph.simulation.whole_number import whole_number
 from omnimorph.units import from_SI
 
 __all__ = ["SixAxisSensor", "StandReading", "ThrustStand"]
@@ -225,6 +225,7 @@ class ThrustStand:
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)
         object.__setattr__(self, "tilt", tilt)
+        check_record(_STAND, "sensor", self.sensor, SixAxisSensor)
         self._plant().core_fields(self._held())
 
     def measure(self, profile: SpeedProfile, seed: int = 0) -> StandReading:
@@ -254,6 +255,7 @@ class ThrustStand:
         TooLargeError
             If the reading has more rows than memory holds.
         """
+        check_record(_STAND, "profile", profile, SpeedProfile)
         thrust = self._commands(profile)
         seed = whole_number(_STAND, "seed", seed, 64)
         rate = self.sensor.rate

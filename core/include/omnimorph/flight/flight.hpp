@@ -36,8 +36,7 @@ template <class T, int N> class Flight {
         x_ = start_ = state_at(loop_, settings.start);
         for (int l = 0; l < vehicles; ++l) is_recorded_ = is_recorded_ || records_[l].is_kept();
         if (settings.plant.delay.steps == 0) return;
-        delay_line_ = std::make_unique<DelayLine<T, N>>();
-        delay_line_->in_force = settings.start.command;
+        delay_line_ = std::make_unique<DelayLine<T, N>>(DelayLine<T, N>::beginning_with(settings.start.command));
         memory_.delay_line = delay_line_.get();
     }
 

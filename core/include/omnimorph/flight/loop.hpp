@@ -39,7 +39,9 @@ template <class T, int N> struct FlightState {
     }
 };
 
-/// What goes with a state: the commands under way, if there is a delay, and the caches of allocation.
+/// What goes with a state: the commands under way, if there is a delay, and the caches of allocation. Who steps a loop
+/// by hand gives a plant with a delay its line, which begins with the first command `in_force`; without a line
+/// commands are in force at once. At most `places` commands may be under way: a delay is at most so many control steps.
 template <class T, int N> struct StepMemory {
     AllocationCache<T, N> allocation;
     DelayLine<T, N>* delay_line = nullptr;

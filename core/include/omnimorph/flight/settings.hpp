@@ -58,6 +58,9 @@ template <class T, int N> struct LoopSettings {
 template <int N> void derive(LoopSettings<double, N>& s) {
     derive(s.controller);
     std::visit([&](auto& estimator) { derive(estimator, s.control_period); }, s.estimator);
+    for_each(s.sensors, [](auto& sensor) {
+        static_assert(!fields::has_derived<std::decay_t<decltype(sensor)>>, "nothing derives the fields of sensors");
+    });
     derive(s.plant);
 }
 

@@ -19,8 +19,7 @@ template <class T, int N> class SimulatedPlant {
           command_(s.start.command) {
         state_ = plant_at(plant_, s.start.motion, s.start.command);
         if (s.plant.delay.steps == 0) return;
-        delay_line_ = std::make_unique<DelayLine<T, N>>();
-        delay_line_->in_force = s.start.command;
+        delay_line_ = std::make_unique<DelayLine<T, N>>(DelayLine<T, N>::beginning_with(s.start.command));
     }
 
     const Plant<T, N>& plant() const { return plant_; }

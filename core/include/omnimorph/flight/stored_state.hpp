@@ -13,6 +13,7 @@ namespace stored {
 /// The names and sizes of everything that a record holds, in order.
 template <class X> void describe(std::string& layout) {
     if constexpr (fields::is_record<X>) {
+        fields::expect_every_member<X>();
         const auto one = [&](const auto& f) {
             layout += f.name;
             layout += '{';
@@ -63,17 +64,20 @@ template <class X> bool extract(const std::vector<unsigned char>& bytes, std::si
 
 /// What stands before a stored state.
 struct StateHeader {
-    std::uint64_t version = stored::version_of<FlightState<double, 0>>();
+    std::uint64_t version = stored::version_of<FlightState<double, 0>>() ^ stored::version_of<DelayLine<double, 0>>();
     std::int64_t n_rotors = 0, n_servos = 0, has_delay_line = 0;
+    std::int64_t control_every = 0;  // physics steps
+    double physics_step = 0;         // s: the time of a state is counted in it
 
     static constexpr auto fields() {
         using H = StateHeader;
         return field_list(field("version", &H::version), field("n_rotors", &H::n_rotors),
-                          field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line));
+                          field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line),
+                          field("control_every", &H::control_every), field("physics_step", &H::physics_step));
     }
     bool operator==(const StateHeader& o) const {
         return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos &&
-               has_delay_line == o.has_delay_line;
+               has_delay_line == o.has_delay_line && control_every == o.control_every && physics_step == o.physics_step;
     }
 };
 
@@ -94,8 +98,9 @@ enum class Stored { read, of_another_version, of_another_flight, broken };
 inline bool is_possible(const FlightState<double, 0>& state, const DelayLine<double, 0>* line) {
     const bool counts = state.step >= 0 && state.last_step[0] >= 0 && state.last_step[0] <= state.step;
     const bool status = state.status[0] >= FlightStatus::flying && state.status[0] <= FlightStatus::diverged;
-    const bool under_way = line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest &&
-                                               line->newest - line->oldest <= line->places);
+    const bool under_way =  // at most one command was sent in a step
+        line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest && line->newest <= state.step + 1 &&
+                            line->newest - line->oldest <= line->places);
     return counts && status && under_way;
 }
 

@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 
@@ -93,9 +94,31 @@ struct CountEach {
 template <class Record> constexpr std::size_t count() {
     return decltype(Record::fields()(CountEach()))::value;
 }
+/// Whether no member is listed twice.
+struct AllDiffer {
+    template <class X, class Y> static constexpr bool differ(const X&, const Y&) { return true; }
+    template <class Record, class Member>
+    static constexpr bool differ(const Field<Record, Member>& a, const Field<Record, Member>& b) {
+        return a.place != b.place;
+    }
+    constexpr bool operator()() const { return true; }
+    template <class Record, class Member, class... Each>
+    constexpr bool operator()(const Field<Record, Member>& first, const Each&... rest) const {
+        return (differ(first, rest) && ...) && (*this)(rest...);
+    }
+};
 template <class Record> constexpr void expect_every_member() {
     static_assert(has_count<Record, count<Record>()>, "a member is missing in the list of fields");
+    static_assert(Record::fields()(AllDiffer()), "a member is listed twice");
 }
+
+/// Whether a record has derived fields beside `active`, which is set where the record is read.
+struct AnyDerived {
+    template <class... Each> constexpr bool operator()(const Each&... each) const {
+        return ((each.is_derived && std::string_view(each.name) != "active") || ...);
+    }
+};
+template <class Record> inline constexpr bool has_derived = Record::fields()(AnyDerived());
 
 }  // namespace fields
 
@@ -108,6 +131,7 @@ template <class Record, class Visit> constexpr void for_each_field(Record& recor
 
 /// visit(field of x, field of y) for every field of a record and of its like.
 template <class X, class Y, class Visit> constexpr void for_each_pair_of_fields(Visit&& visit) {
+    fields::expect_every_member<std::remove_const_t<X>>();
     X::fields()([&](const auto&... of_x) { Y::fields()([&](const auto&... of_y) { (visit(of_x, of_y), ...); }); });
 }
 

@@ -1,7 +1,6 @@
 // A list of records of different kinds, all of them there, as one plain value: a std::tuple that is trivial to copy.
 #pragma once
 
-#include <cstddef>
 #include <type_traits>
 
 #include "placement.hpp"

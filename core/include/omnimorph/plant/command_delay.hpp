@@ -33,6 +33,13 @@ template <class T, int N> struct DelayLine {
                           field("arrival", &D::arrival), field("oldest", &D::oldest), field("newest", &D::newest));
     }
 
+    /// With a command in force, and none under way.
+    OMNIMORPH_FN static DelayLine beginning_with(const Command<T, N>& command) {
+        DelayLine line;
+        line.in_force = command;
+        return line;
+    }
+
     OMNIMORPH_FN void send(int delay, long step, const Command<T, N>& command) {
         const bool replaces = oldest < newest && arrival[newest - 1] == step + delay;  // sent twice in a step
         if (!replaces) ++newest;

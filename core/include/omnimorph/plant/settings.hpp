@@ -1,8 +1,6 @@
 // What a plant is: the true vehicle, the integrator and its step, and the imperfections.
 #pragma once
 
-#include <string_view>
-
 #include "../model/interference.hpp"
 #include "effects.hpp"
 
@@ -56,22 +54,16 @@ template <class T, int N> struct PlantSettings {
 
 namespace plant {
 
-template <class Law, class = void> inline constexpr bool has_derived = false;
+template <class Law, class = void> inline constexpr bool has_derive = false;
 template <class Law>
-inline constexpr bool has_derived<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
-
-/// Whether fields of a law follow from others.
-template <class Law> constexpr bool needs_derive() {
-    return Law::fields()(
-        [](const auto&... each) { return ((each.is_derived && std::string_view(each.name) != "active") || ...); });
-}
+inline constexpr bool has_derive<Law, std::void_t<decltype(derive(std::declval<Law&>(), 0, 0, 0.0))>> = true;
 
 /// Set what follows from the other fields of each law.
 template <class Laws> OMNIMORPH_FN void derive_each(Laws& laws, int n, int m, double h) {
     const auto derive_one = [&](auto& law) {
         using Law = std::decay_t<decltype(law)>;
-        static_assert(has_derived<Law> || !needs_derive<Law>(), "a law with derived fields has derive(law, n, m, h)");
-        if constexpr (has_derived<Law>) derive(law, n, m, h);
+        static_assert(has_derive<Law> || !fields::has_derived<Law>, "derive(law, n, m, h) is missing");
+        if constexpr (has_derive<Law>) derive(law, n, m, h);
     };
     for_each(laws, derive_one);
 }
@@ -83,6 +75,7 @@ template <int N> OMNIMORPH_FN void derive(PlantSettings<double, N>& s) {
     derive(s.vehicle);
     plant::derive_each(s.rotor_laws, n, m, s.actuator_step());
     plant::derive_each(s.servo_laws, n, m, s.actuator_step());
+    plant::derive_each(s.forces, n, m, s.actuator_step());
 }
 
 }  // namespace omnimorph

@@ -181,7 +181,8 @@ def main() -> int:
     unknown = set(options.only) - {word for one in listed for word in (one.area, one.name)}
     if unknown:
         parser.error(f"no area and no mistake is called {', '.join(sorted(unknown))}")
-    for stop in (signal.SIGTERM, signal.SIGHUP):  # leave no copy behind, as with Ctrl-C
+    # leave no copy behind; a shell's & ignores Ctrl-C
+    for stop in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(stop, signal.default_int_handler)
     only = set(options.only)
     chosen = [one for one in listed if not only or only & {one.area, one.name}]

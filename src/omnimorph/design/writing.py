@@ -13,6 +13,7 @@ import json
 import math
 from collections.abc import Iterable, Iterator
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -22,6 +23,8 @@ from omnimorph.design.vehicle_fields import VehicleField
 from omnimorph.units import UNITS, from_SI, to_SI
 
 __all__ = ["vehicle_text"]
+
+_written_before: WeakKeyDictionary[Vehicle, str] = WeakKeyDictionary()
 
 
 def vehicle_text(vehicle: Vehicle) -> str:
@@ -40,7 +43,10 @@ def vehicle_text(vehicle: Vehicle) -> str:
     str
         TOML. Reading it gives an equal vehicle, as the head of this module explains.
     """
-    return "\n".join(_lines(vehicle)) + "\n"
+    text = _written_before.get(vehicle)  # a vehicle never changes, and every run holds its text
+    if text is None:
+        text = _written_before[vehicle] = "\n".join(_lines(vehicle)) + "\n"
+    return text
 
 
 def _lines(vehicle: Vehicle) -> Iterator[str]:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from omnimorph.design.vehicle import Vehicle
     from omnimorph.errors import InputError, OmnimorphError, UnlikelyUnitWarning
     from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix
-    from omnimorph.protocols import Command, Desired, State
+    from omnimorph.protocols import Command, Desired, Estimate, State
     from omnimorph.results.flights import Flights
     from omnimorph.results.run import Outcome, Run
     from omnimorph.results.store import load_run
@@ -52,6 +52,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Command": "protocols",
     "Desired": "protocols",
+    "Estimate": "protocols",
     "ExhaustiveTilt": "control.allocators",
     "FixedTilt": "control.allocators",
     "Flights": "results.flights",
@@ -104,6 +105,7 @@ _MODULES = {"analysis", "effects", "identification", "textbook"}
 __all__ = [
     "Command",
     "Desired",
+    "Estimate",
     "ExhaustiveTilt",
     "FixedTilt",
     "Flights",

@@ -82,12 +82,17 @@ inline Desired<double> desired_from(const Array& array) {
     expect_size(array, desired_width, "desired");
     return desired_from(array.data());
 }
-inline Numbers as_array(const Motion<double>& x) {
-    double s[state_width];
+/// The 18 numbers of a motion; returns where they end.
+inline double* write(const Motion<double>& x, double* s) {
     for (int i = 0; i < 3; ++i) {
         s[i] = x.p[i], s[12 + i] = x.v[i], s[15 + i] = x.w[i];
         for (int j = 0; j < 3; ++j) s[3 + 3 * i + j] = x.R[i][j];
     }
+    return s + state_width;
+}
+inline Numbers as_array(const Motion<double>& x) {
+    double s[state_width];
+    write(x, s);
     return new_array(s, {state_width});
 }
 inline Numbers as_array(const Desired<double>& x) {

@@ -180,9 +180,40 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
     if (is_finite(sum)) {
         flight->command(a);
     } else {
-        flight->refuse_command();
+        flight->end_here(FlightStatus::not_finite);
     }
     return is_finite(sum);
+}
+
+/// Where a plant outside is, so many physics steps later; its thrusts are empty, if it does not say them.
+void place(const BoundFlight& flight, const Array& p, const Array& R, const Array& v, const Array& w,
+           const Array& speed, const Array& tilt, const Array& wrench, const Array& thrust, int steps_later) {
+    expect_size(p, 3, "the position");
+    expect_size(R, 9, "the attitude");
+    expect_size(v, 3, "the velocity");
+    expect_size(w, 3, "the body rate");
+    expect_size(wrench, 6, "the wrench");
+    PlantState<double, 0> outside{};
+    outside.motion = {vector_from<3>(p.data()), vector_from<3>(v.data()), matrix_from(R.data()),
+                      vector_from<3>(w.data())};
+    outside.actuators.speed = per_rotor_from(speed, flight->n_rotors, "the speed");
+    outside.actuators.tilt = per_servo_from(tilt, flight->n_servos, "the tilt");
+    outside.load.wrench = vector_from<6>(wrench.data());
+    if (thrust.size() == 0) return flight->place(outside, nullptr, steps_later);
+    const PerRotor<double, 0> given = per_rotor_from(thrust, flight->n_rotors, "the thrust");
+    flight->place(outside, &given, steps_later);
+}
+
+/// Everything of the true state that a part outside may ask for: the motion, the acceleration, speeds and tilts.
+Numbers truth(const BoundFlight& flight) {
+    double all[state_width + 6 + 2 * most_rotors];
+    const FlightState<double, 0> state = flight->state();
+    double* next = write(state.plant.motion, all);
+    const Vec6<double> acceleration = flight->acceleration();
+    next = std::copy_n(acceleration.a, 6, next);
+    next = std::copy_n(state.plant.actuators.speed.a, flight->n_rotors, next);
+    next = std::copy_n(state.plant.actuators.tilt.a, flight->n_servos, next);
+    return new_array(all, {static_cast<std::size_t>(next - all)});
 }
 
 }  // namespace
@@ -238,18 +269,34 @@ void bind_loop(nb::module_& m) {
         .value("COMPLETED", FlightStatus::completed)
         .value("LOST", FlightStatus::lost)
         .value("NOT_FINITE", FlightStatus::not_finite)
-        .value("DIVERGED", FlightStatus::diverged);
+        .value("DIVERGED", FlightStatus::diverged)
+        .value("PART_FAILED", FlightStatus::part_failed);
     nb::class_<BoundFlight>(m, "Flight")
         .def("advance", &advance, "most_steps"_a)
         .def("measure", [](const BoundFlight& f) { return as_array(f->measure()); })
         .def("motion", [](const BoundFlight& f) { return as_array(f->state().plant.motion); })
         .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })
+        .def("truth", &truth)
+        .def("measured", [](const BoundFlight& f) { return as_array(f->measured()); })
+        .def(
+            "estimate_from",
+            [](const BoundFlight& f, const Array& measured) {
+                return as_array(f->estimate_from(motion_from(measured)));
+            },
+            "measured"_a)
         .def(
             "control",
             [](const BoundFlight& f, const Array& state, const Array& desired) {
                 return AllocationView{f->control(motion_from(state), desired_from(desired)), f->n_rotors, f->n_servos};
             },
             "state"_a, "desired"_a)
+        .def(
+            "answer",
+            [](const BoundFlight& f, const Array& state, const Array& acceleration) {
+                expect_size(acceleration, 6, "the acceleration");
+                f->answer(motion_from(state), {vector_from<6>(acceleration.data())});
+            },
+            "state"_a, "acceleration"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)
         .def(
             "change_controller",
@@ -268,6 +315,15 @@ void bind_loop(nb::module_& m) {
                 f->integrate(steps, vector_from<6>(push.data()));
             },
             "steps"_a, "push"_a)
+        .def("finish_row", [](const BoundFlight& f) { return f->finish_row(); })
+        .def("place", &place, "p"_a, "R"_a, "v"_a, "w"_a, "speed"_a, "tilt"_a, "wrench"_a, "thrust"_a,
+             "steps_later"_a)
+        .def("end_here", [](const BoundFlight& f, FlightStatus status) { f->end_here(status); }, "status"_a)
+        .def("put_rows",
+             [](const BoundFlight& f, const nb::dict& columns) {
+                 if (f.columns) f.columns->put(columns);
+             },
+             "columns"_a)
         .def("columns", [](const BoundFlight& f) { return f.columns ? RunColumns::arrays(f.columns) : nb::dict(); })
         .def("store", &stored)
         .def("restore", &restore, "state"_a)

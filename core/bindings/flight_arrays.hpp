@@ -53,6 +53,20 @@ class RunColumns {
         std::apply([&](const auto&... column) { (fill(column), ...); }, columns<double, 0>());
     }
 
+    /// The first rows of each column, from arrays by name of the type and width of the columns.
+    void put(const nb::dict& arrays) {
+        std::size_t k = 0;
+        const auto put = [&](const auto& column) {
+            using Number = typename std::decay_t<decltype(column)>::Number;
+            using Given = nb::ndarray<const Number, nb::c_contig, nb::device::cpu>;
+            const Given given = nb::cast<Given>(arrays[column.name]);
+            const std::size_t all = rows_ * static_cast<std::size_t>(column.width(Count<0>(n_), m_));
+            if (given.size() > all) throw nb::value_error("a column has more rows than the flight");
+            std::copy_n(given.data(), given.size(), reinterpret_cast<Number*>(numbers_[k++].get()));
+        };
+        std::apply([&](const auto&... column) { (put(column), ...); }, columns<double, 0>());
+    }
+
     /// Read-only arrays, by name.
     static nb::dict arrays(const std::shared_ptr<const RunColumns>& run) {
         const nb::capsule owner(new std::shared_ptr<const RunColumns>(run),

@@ -68,12 +68,17 @@ class CountedFlight final : public AnyFlight {
     }
     void advance(long most_steps) override { flight_.advance(most_steps); }
     Motion<double> measure() override { return flight_.measure(); }
+    Motion<double> measured() const override { return flight_.measured(); }
+    Motion<double> estimate_from(const Motion<double>& measured) override { return flight_.estimate_from(measured); }
     Desired<double> desired() const override { return flight_.desired(); }
+    AnyAllocation answer(const Motion<double>& estimate, const Demand<double>& demand) override {
+        return uncounted(flight_.answer(estimate, demand));
+    }
     AnyAllocation control(const Motion<double>& estimate, const Desired<double>& desired) override {
         return uncounted(flight_.control(estimate, desired));
     }
     void command(const AnyAllocation& a) override { flight_.command(convert<Allocation<double, N>>(a)); }
-    void refuse_command() override { flight_.refuse_command(); }
+    void end_here(FlightStatus status) override { flight_.end_here(status); }
     void change_controller(const AnyControllerSettings& settings) override {
         flight_.change_controller(convert<ControllerSettings<double, N>>(settings));
     }
@@ -82,6 +87,13 @@ class CountedFlight final : public AnyFlight {
     }
     void integrate(int steps, const Vec6<double>& push) override {
         for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), push);
+    }
+    bool finish_row() override { return flight_.finish_row(); }
+    void place(const PlantState<double, 0>& outside, const PerRotor<double, 0>* thrust, long steps_later) override {
+        PerRotor<double, N> counted_thrust{};
+        if (thrust != nullptr) counted_thrust = convert<PerRotor<double, N>>(*thrust);
+        flight_.place(convert<PlantState<double, N>>(outside), thrust != nullptr ? &counted_thrust : nullptr,
+                      steps_later);
     }
     FlightState<double, 0> state() const override { return convert<FlightState<double, 0>>(flight_.state()); }
     long step() const override { return flight_.state().step; }

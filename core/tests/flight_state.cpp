@@ -125,7 +125,7 @@ bool refuses_the_impossible(const Stored8& good) {
     const auto broken = [&](auto change) { return changed(good, change) == Stored::broken; };
     return broken([](Stored8& s) { s.state.step = -1; }) && broken([](Stored8& s) { s.state.last_step[0] = -1; }) &&
            broken([](Stored8& s) { s.state.last_step[0] = s.state.step + 1; }) &&
-           broken([](Stored8& s) { s.state.status[0] = FlightStatus(5); }) &&
+           broken([](Stored8& s) { s.state.status[0] = FlightStatus(6); }) &&
            broken([](Stored8& s) { s.state.status[0] = FlightStatus(-1); }) &&
            broken([](Stored8& s) { s.line.oldest = -1; }) &&
            broken([](Stored8& s) { s.line.oldest = s.line.newest + 1; }) &&

@@ -60,6 +60,17 @@ template <class T, int N> class Flight {
             .motion;
     }
 
+    /// What the sensors read of the motion in this control step.
+    Motion<T> measured() const {
+        const Measurement<T> m = sense(loop_.sensors, x_.plant.motion, loop_.noise, control_step(loop_, x_));
+        return m.has_error ? with_error(m.motion, m.error) : m.motion;
+    }
+    /// The estimate of the motion in this control step from what sensors outside have read.
+    Motion<T> estimate_from(const Motion<T>& measured) {
+        const Measurement<T> m{measured, Vec<T, 12>::zero(), false, control_step(loop_, x_)};
+        return estimate(loop_.estimator, m, x_.estimator).motion;
+    }
+
     Desired<T> desired() const { return cast<T>(desired_at(reference_, x_.step, time())); }
     double time() const { return double(x_.step) * loop_.plant.settings.step; }
     /// Time to the end of the whole flight, s.
@@ -111,6 +122,12 @@ template <class T, int N> class Flight {
         return x_.decided;
     }
 
+    /// Answer a demand from outside, and send the command.
+    const Allocation<T, N>& answer(const Motion<T>& known, const Demand<T>& demand) {
+        allocate(loop_, known, demand, x_, memory_);
+        return x_.decided;
+    }
+
     /// Put a command from outside on its way to the motors; it is what the record shows until the next one.
     void command(const Allocation<T, N>& decided) {
         x_.decided = decided;
@@ -123,6 +140,21 @@ template <class T, int N> class Flight {
         if (finish_row(now)) move(loop_, push, x_, memory_);
     }
 
+    /// Record and judge this row; whether the flight goes on.
+    bool finish_row() { return finish_row(desired()); }
+
+    /// A plant outside, so many physics steps later: its motion, actuators and wrench, and the thrusts if it says them.
+    void place(const PlantState<T, N>& outside, const PerRotor<T, N>* thrust, long steps_later) {
+        x_.plant = outside;
+        x_.plant.load = rotor_load(loop_.plant, outside.actuators);
+        x_.plant.load.wrench = outside.load.wrench;
+        if (thrust != nullptr) {
+            if (!thrust_outside_) thrust_outside_ = std::make_unique<PerRotor<T, N>>();
+            *thrust_outside_ = *thrust;
+        }
+        x_.step += steps_later;
+    }
+
     /// The flight of a vehicle ends here, after this row.
     void end(int vehicle, FlightStatus status) {
         if (x_.status[vehicle] != FlightStatus::flying) return;
@@ -131,10 +163,10 @@ template <class T, int N> class Flight {
         find_flying();
     }
 
-    /// A controller outside gave a number that is not finite: the flight ends with this row as its last.
-    void refuse_command() {
+    /// Something outside cannot go on: the flight ends with this row as its last.
+    void end_here(FlightStatus status) {
         record(desired());
-        end(0, FlightStatus::not_finite);
+        end(0, status);
     }
 
   private:
@@ -204,7 +236,8 @@ template <class T, int N> class Flight {
 
     void record(const Desired<T>& now) const {
         if (!is_recorded_) return;
-        const Row<T, N> row{x_, now, thrust_actual(loop_.plant, x_.plant.actuators)};
+        const auto thrust = thrust_outside_ ? *thrust_outside_ : thrust_actual(loop_.plant, x_.plant.actuators);
+        const Row<T, N> row{x_, now, thrust};
         const Count<N> n = loop_.plant.settings.vehicle.n_rotors;
         for (int l = 0; l < vehicles; ++l)
             if (records_[l].is_kept() && x_.status[l] == FlightStatus::flying)
@@ -219,6 +252,7 @@ template <class T, int N> class Flight {
     FlightState<T, N> x_, start_;
     StepMemory<T, N> memory_;
     std::unique_ptr<DelayLine<T, N>> delay_line_;
+    std::unique_ptr<PerRotor<T, N>> thrust_outside_;  // of a plant outside that says it
     Mask<T> flying_ = T(0) == T(0);
 };
 

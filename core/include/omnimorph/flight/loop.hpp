@@ -10,7 +10,7 @@
 
 namespace omnimorph {
 
-enum class FlightStatus { flying, completed, lost, not_finite, diverged };
+enum class FlightStatus { flying, completed, lost, not_finite, diverged, part_failed };
 
 /// One of something for each lane.
 template <class X, class T> struct PerLane {

@@ -97,7 +97,7 @@ enum class Stored { read, of_another_version, of_another_flight, broken };
 /// Whether a flight can be in this state; numbers apart, of which any may be.
 inline bool is_possible(const FlightState<double, 0>& state, const DelayLine<double, 0>* line) {
     const bool counts = state.step >= 0 && state.last_step[0] >= 0 && state.last_step[0] <= state.step;
-    const bool status = state.status[0] >= FlightStatus::flying && state.status[0] <= FlightStatus::diverged;
+    const bool status = state.status[0] >= FlightStatus::flying && state.status[0] <= FlightStatus::part_failed;
     const bool under_way =  // at most one command was sent in a step
         line == nullptr || (line->oldest >= 0 && line->oldest <= line->newest && line->newest <= state.step + 1 &&
                             line->newest - line->oldest <= line->places);

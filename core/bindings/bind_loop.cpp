@@ -187,21 +187,23 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
 
 /// Where a plant outside is, so many physics steps later; its thrusts are empty, if it does not say them.
 void place(const BoundFlight& flight, const Array& p, const Array& R, const Array& v, const Array& w,
-           const Array& speed, const Array& tilt, const Array& wrench, const Array& thrust, int steps_later) {
+           const Array& speed, const Array& tilt, const Array& wrench, const Array& thrust, const Array& push,
+           int steps_later) {
     expect_size(p, 3, "the position");
     expect_size(R, 9, "the attitude");
     expect_size(v, 3, "the velocity");
     expect_size(w, 3, "the body rate");
     expect_size(wrench, 6, "the wrench");
+    expect_size(push, 6, "the push");
     PlantState<double, 0> outside{};
     outside.motion = {vector_from<3>(p.data()), vector_from<3>(v.data()), matrix_from(R.data()),
                       vector_from<3>(w.data())};
     outside.actuators.speed = per_rotor_from(speed, flight->n_rotors, "the speed");
     outside.actuators.tilt = per_servo_from(tilt, flight->n_servos, "the tilt");
     outside.load.wrench = vector_from<6>(wrench.data());
-    if (thrust.size() == 0) return flight->place(outside, nullptr, steps_later);
+    if (thrust.size() == 0) return flight->place(outside, nullptr, vector_from<6>(push.data()), steps_later);
     const PerRotor<double, 0> given = per_rotor_from(thrust, flight->n_rotors, "the thrust");
-    flight->place(outside, &given, steps_later);
+    flight->place(outside, &given, vector_from<6>(push.data()), steps_later);
 }
 
 /// Everything of the true state that a part outside may ask for: the motion, the acceleration, speeds and tilts.
@@ -316,14 +318,16 @@ void bind_loop(nb::module_& m) {
             },
             "steps"_a, "push"_a)
         .def("finish_row", [](const BoundFlight& f) { return f->finish_row(); })
-        .def("place", &place, "p"_a, "R"_a, "v"_a, "w"_a, "speed"_a, "tilt"_a, "wrench"_a, "thrust"_a,
+        .def("place", &place, "p"_a, "R"_a, "v"_a, "w"_a, "speed"_a, "tilt"_a, "wrench"_a, "thrust"_a, "push"_a,
              "steps_later"_a)
-        .def("end_here", [](const BoundFlight& f, FlightStatus status) { f->end_here(status); }, "status"_a)
-        .def("put_rows",
-             [](const BoundFlight& f, const nb::dict& columns) {
-                 if (f.columns) f.columns->put(columns);
-             },
-             "columns"_a)
+        .def(
+            "end_here", [](const BoundFlight& f, FlightStatus status) { f->end_here(status); }, "status"_a)
+        .def(
+            "put_rows",
+            [](const BoundFlight& f, const nb::dict& columns) {
+                if (f.columns) f.columns->put(columns);
+            },
+            "columns"_a)
         .def("columns", [](const BoundFlight& f) { return f.columns ? RunColumns::arrays(f.columns) : nb::dict(); })
         .def("store", &stored)
         .def("restore", &restore, "state"_a)

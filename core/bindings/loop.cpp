@@ -68,6 +68,7 @@ class CountedFlight final : public AnyFlight {
     }
     void advance(long most_steps) override { flight_.advance(most_steps); }
     Motion<double> measure() override { return flight_.measure(); }
+    Vec6<double> acceleration() const override { return flight_.acceleration(); }
     Motion<double> measured() const override { return flight_.measured(); }
     Motion<double> estimate_from(const Motion<double>& measured) override { return flight_.estimate_from(measured); }
     Desired<double> desired() const override { return flight_.desired(); }
@@ -89,10 +90,11 @@ class CountedFlight final : public AnyFlight {
         for (int k = 0; k < steps && !flight_.is_over(); ++k) flight_.integrate(flight_.desired(), push);
     }
     bool finish_row() override { return flight_.finish_row(); }
-    void place(const PlantState<double, 0>& outside, const PerRotor<double, 0>* thrust, long steps_later) override {
+    void place(const PlantState<double, 0>& outside, const PerRotor<double, 0>* thrust, const Vec6<double>& push,
+               long steps_later) override {
         PerRotor<double, N> counted_thrust{};
         if (thrust != nullptr) counted_thrust = convert<PerRotor<double, N>>(*thrust);
-        flight_.place(convert<PlantState<double, N>>(outside), thrust != nullptr ? &counted_thrust : nullptr,
+        flight_.place(convert<PlantState<double, N>>(outside), thrust != nullptr ? &counted_thrust : nullptr, push,
                       steps_later);
     }
     FlightState<double, 0> state() const override { return convert<FlightState<double, 0>>(flight_.state()); }

@@ -31,6 +31,7 @@ class AnyFlight {
     virtual ~AnyFlight() = default;
     virtual void advance(long most_steps) = 0;
     virtual Motion<double> measure() = 0;
+    virtual Vec6<double> acceleration() const = 0;
     virtual Motion<double> measured() const = 0;
     virtual Motion<double> estimate_from(const Motion<double>& measured) = 0;
     virtual Desired<double> desired() const = 0;
@@ -42,7 +43,8 @@ class AnyFlight {
     virtual void set_effectiveness(const PerRotor<double, 0>& share) = 0;
     virtual void integrate(int steps, const Vec6<double>& push) = 0;
     virtual bool finish_row() = 0;
-    virtual void place(const PlantState<double, 0>& outside, const PerRotor<double, 0>* thrust, long steps_later) = 0;
+    virtual void place(const PlantState<double, 0>& outside, const PerRotor<double, 0>* thrust,
+                       const Vec6<double>& push, long steps_later) = 0;
     virtual FlightState<double, 0> state() const = 0;
     virtual long step() const = 0;
     virtual FlightStatus status() const = 0;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "../control/reference.hpp"
+#include "../plant/acceleration.hpp"
 #include "record.hpp"
 
 namespace omnimorph {
@@ -70,6 +71,9 @@ template <class T, int N> class Flight {
         const Measurement<T> m{measured, Vec<T, 12>::zero(), false, control_step(loop_, x_)};
         return estimate(loop_.estimator, m, x_.estimator).motion;
     }
+
+    /// As it is now, under the push of the last physics step.
+    Vec6<T> acceleration() const { return omnimorph::acceleration(loop_.plant, x_.plant, x_.step, x_.push); }
 
     Desired<T> desired() const { return cast<T>(desired_at(reference_, x_.step, time())); }
     double time() const { return double(x_.step) * loop_.plant.settings.step; }
@@ -137,14 +141,18 @@ template <class T, int N> class Flight {
 
     /// Record this row, then one physics step under a push; the last row is recorded only.
     void integrate(const Desired<T>& now, const Vec6<T>& push) {
-        if (finish_row(now)) move(loop_, push, x_, memory_);
+        if (!finish_row(now)) return;
+        x_.push = push;
+        move(loop_, push, x_, memory_);
     }
 
     /// Record and judge this row; whether the flight goes on.
     bool finish_row() { return finish_row(desired()); }
 
-    /// A plant outside, so many physics steps later: its motion, actuators and wrench, and the thrusts if it says them.
-    void place(const PlantState<T, N>& outside, const PerRotor<T, N>* thrust, long steps_later) {
+    /// A plant outside, so many physics steps under a push later: its motion, actuators and wrench, and the thrusts if it
+    /// says them.
+    void place(const PlantState<T, N>& outside, const PerRotor<T, N>* thrust, const Vec6<T>& push, long steps_later) {
+        x_.push = push;
         x_.plant = outside;
         x_.plant.load = rotor_load(loop_.plant, outside.actuators);
         x_.plant.load.wrench = outside.load.wrench;

@@ -25,8 +25,9 @@ template <class T, int N> struct FlightState {
     PlantState<T, N> plant;
     EstimatorState<T> estimator;
     TrackingState<T> tracking;
-    Allocation<T, N> decided;     // in the last control step; its command is the last that was sent
-    bool decided_outside = true;  // by a controller that gives commands alone
+    Allocation<T, N> decided;        // in the last control step; its command is the last that was sent
+    bool decided_outside = true;     // by a controller that gives commands alone
+    Vec6<T> push = Vec6<T>::zero();  // from outside, in the last physics step
     PerLane<FlightStatus, T> status{};
     PerLane<long, T> last_step{};
 
@@ -34,8 +35,8 @@ template <class T, int N> struct FlightState {
         using S = FlightState;
         return field_list(field("step", &S::step), field("plant", &S::plant), field("estimator", &S::estimator),
                           field("tracking", &S::tracking), field("decided", &S::decided),
-                          field("decided_outside", &S::decided_outside), field("status", &S::status),
-                          field("last_step", &S::last_step));
+                          field("decided_outside", &S::decided_outside), field("push", &S::push),
+                          field("status", &S::status), field("last_step", &S::last_step));
     }
 };
 

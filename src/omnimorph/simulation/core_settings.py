@@ -1,10 +1,8 @@
-"""What a flight in the core is made of, alone or in a batch, and what becomes of its columns."""
+"""What the core is given to fly a scenario, alone or in a batch."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,45 +10,23 @@ import numpy as np
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
 from omnimorph.control.controller import controller_fields
-from omnimorph.design.files import vehicle_text
-from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import state_row
 from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
-from omnimorph.results.columns import sizes_of
-from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
-from omnimorph.simulation.parts_in_flight import in_flight
+from omnimorph.simulation.own_parts import in_flight
 from omnimorph.simulation.plant import control_steps, core_motion
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = [
-    "MOST_STEPS",
-    "OUTCOMES",
-    "Flown",
-    "LoopParts",
-    "as_run",
-    "bytes_of_a_row",
-    "bytes_of_flights",
-    "loop_fields",
-    "loop_parts",
-    "physics_steps",
-]
+__all__ = ["MOST_STEPS", "CoreSettings", "core_settings_of", "loop_fields", "physics_steps"]
 
 MOST_STEPS = 2**31
 """How many physics steps a flight has at most; no flight draws the noise of a later one."""
-_BYTES_OF_A_SAMPLE = 800  # of a reference that is asked for every step, with what is copied
-OUTCOMES = {
-    _core.FlightStatus.COMPLETED: Outcome.COMPLETED,
-    _core.FlightStatus.LOST: Outcome.LOST,
-    _core.FlightStatus.DIVERGED: Outcome.DIVERGED,
-    _core.FlightStatus.NOT_FINITE: Outcome.NOT_FINITE,
-}
 
 
-class LoopParts(NamedTuple):
+class CoreSettings(NamedTuple):
     """What the core is given to fly a scenario, and what of it the loop needs to know itself."""
 
     settings: _core.LoopSettings
@@ -69,7 +45,7 @@ class LoopParts(NamedTuple):
         return {name: getattr(self, name) for name in names}
 
 
-def loop_parts(scenario: Scenario) -> LoopParts:
+def core_settings_of(scenario: Scenario) -> CoreSettings:
     """Return what the core needs to fly a scenario.
 
     Raises
@@ -81,7 +57,7 @@ def loop_parts(scenario: Scenario) -> LoopParts:
     start = _start(scenario)
     fields = loop_fields(scenario, start)
     controller = _core.ControllerSettings(fields["controller"])
-    return LoopParts(
+    return CoreSettings(
         settings=_core.LoopSettings(fields | {"controller": controller}),
         controller=controller,
         reference=_core_reference(scenario, steps),
@@ -126,70 +102,6 @@ def physics_steps(scenario: Scenario) -> int:
     return round(steps)
 
 
-def bytes_of_flights(scenario: Scenario, traces: int) -> int:
-    """Return about how much memory flights need, so many of which are recorded.
-
-    Raises
-    ------
-    ScenarioError
-        As `physics_steps`.
-    """
-    rows, vehicle = physics_steps(scenario) + 1, scenario.vehicle
-    needed = traces * rows * (bytes_of_a_row(vehicle) + 16 * vehicle.n_rotors)  # for its power
-    if isinstance(scenario.reference, SegmentReference):
-        return needed
-    return rows * _BYTES_OF_A_SAMPLE + needed
-
-
-class Flown(NamedTuple):
-    """What a flight left behind: its columns, of which the first `rows` are filled."""
-
-    columns: Mapping[str, Any]
-    rows: int
-    outcome: Outcome
-    seed: int
-    flight: int
-    wall_time: float
-    drag_coefficient: FloatArray  # (n,) of the vehicle that flew
-
-
-def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
-    """Return the rows flown as a run; `written` is what the scenario does not say of it."""
-    plant = scenario.plant
-    time = np.arange(flown.rows, dtype=np.float64) * plant.physics_step
-    columns = {name: column[: flown.rows] for name, column in flown.columns.items()}
-    with np.errstate(all="ignore"):  # a flight that diverged holds what overflows
-        speed = np.abs(columns["speed"])
-        columns["drag_power"] = (speed * speed * speed) @ flown.drag_coefficient
-    return Run(
-        time=time,
-        **columns,
-        outcome=flown.outcome,
-        vehicle=scenario.vehicle,
-        provenance=Provenance(
-            scenario_name=scenario.name,
-            scenario_text=json.dumps(scenario.as_file() | written, sort_keys=True),
-            vehicle_text=vehicle_text(scenario.vehicle),
-            plant_name=plant.name,
-            seed=flown.seed,
-            flight=flown.flight,
-            control_period=plant.control_period,
-            physics_step=plant.physics_step,
-            version=_version(),
-        ),
-        performance=Performance(
-            wall_time=flown.wall_time,
-            real_time_factor=float(time[-1]) / max(flown.wall_time, 1e-9),
-        ),
-    )
-
-
-def bytes_of_a_row(vehicle: Vehicle) -> int:
-    """Return how much memory a row of a recorded flight takes."""
-    sizes = sizes_of(vehicle)
-    return 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)  # 8 for its time
-
-
 def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     """Return the reference as the core flies it: segments as they are, anything else sampled."""
     reference = scenario.reference
@@ -226,9 +138,3 @@ def _row(reference: Reference, time: float) -> FloatArray:
         allowed = "an omnimorph.Desired: position, attitude and their first two derivatives"
         raise ScenarioError.at("the reference", f"the point at {time:g} s", point, allowed)
     return row
-
-
-def _version() -> str:
-    from omnimorph import __version__
-
-    return __version__

@@ -1,0 +1,273 @@
+"""Parts of the loop that are one's own: objects written in Python that stand in for the core's.
+
+::
+
+    OwnParts(controller=MyController())                       an object of its protocol
+    OwnParts(controller=PythonObject("my_module:MyController"))   as a file names it
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from omnimorph.errors import ScenarioError
+from omnimorph.protocols import (
+    Allocator,
+    Controller,
+    Disturbance,
+    Estimator,
+    Plant,
+    Sensors,
+)
+from omnimorph.reference.samples import SampledReference
+
+__all__ = ["OwnParts", "PartFailed", "PythonObject", "described", "in_flight"]
+
+_OF_PLANTS = (
+    "reset",
+    "physics_step",
+    "control_period",
+    "send",
+    "step_physics",
+    "motion",
+    "speed",
+    "tilt",
+    "wrench",
+)
+
+
+class PartFailed(Exception):
+    """A part of one's own could not go on; the flight ends here, and what has been flown is kept.
+
+    Parameters
+    ----------
+    part : str
+        Which, with its name.
+    error : Exception
+        What it raised, or what is wrong with its answer.
+    """
+
+    def __init__(self, part: str, error: Exception) -> None:
+        super().__init__(part, error)
+        self.part, self.error = part, error
+
+    @property
+    def what(self) -> str:
+        """The error in a line, and where in the code it was raised."""
+        said = f"{type(self.error).__name__}: {self.error}".strip()
+        trace = self.error.__traceback__
+        if trace is None or isinstance(self.error, ScenarioError):
+            return said
+        while trace.tb_next is not None:
+            trace = trace.tb_next
+        return f"{said} ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
+
+
+@dataclass(frozen=True)
+class PythonObject:
+    """An object that a file or a command names, ``my_module:MyController``.
+
+    Attributes
+    ----------
+    object : str
+        Module and name, with a colon between.
+    options : mapping
+        What a class is built with, by keyword, beside the scenario.
+    folder : str
+        Of the file that names it, where its module is looked for first; "" for nowhere.
+    """
+
+    object: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+    folder: str = ""
+
+    def found(self, place: str = "the scenario", key: str = "object") -> Any:
+        """Import the module and return the object.
+
+        Raises
+        ------
+        ScenarioError
+            If the name is none, if the module cannot be imported, or has no such object.
+        """
+        name, _, attribute = self.object.partition(":")
+        if not all(part.isidentifier() for part in (*name.split("."), *attribute.split("."))):
+            allowed = "a module and an object in it, my_module:MyController"
+            raise ScenarioError.at(place, key, self.object, allowed)
+        try:
+            found: Any = _module(name, self.folder)
+            for part in attribute.split("."):
+                found = getattr(found, part)
+        except ScenarioError:
+            raise
+        except (Exception, SystemExit) as error:  # whatever a module does when it is imported
+            why = f"{type(error).__name__}: {error}"
+            raise ScenarioError(
+                f"{place}: {key} {self.object} cannot be imported: {why}.", file=place, key=key
+            ) from error
+        if self.options and not inspect.isclass(found):
+            raise ScenarioError.at(place, f"{key}: options", dict(self.options), "those of a class")
+        return found
+
+    def built(self, *arguments: Any) -> Any:
+        """Return the object; a class is called with the arguments and the options.
+
+        Raises
+        ------
+        ScenarioError
+            As `found`, and if the class raises.
+        """
+        found = self.found()
+        if not inspect.isclass(found):
+            return found
+        try:
+            return found(*arguments, **self.options)
+        except Exception as error:
+            failed = PartFailed(self.object, error)
+            raise ScenarioError(f"{self.object} cannot be built: {failed.what}.") from error
+
+    def as_file(self) -> dict[str, Any]:
+        """Return what a file would hold."""
+        options = {"options": dict(self.options)} if self.options else {}
+        return {"kind": "python", "object": self.object, **options}
+
+
+def _module(name: str, folder: str) -> ModuleType:
+    """Import a module, from a folder if it has it."""
+    relative = Path(*name.split("."))
+    here = Path(folder) / relative if folder else None
+    own = here is not None and (here.with_suffix(".py").is_file() or here.is_dir())
+    if not own:
+        return importlib.import_module(name)
+    known = sys.modules.get(name)
+    source = getattr(known, "__file__", None)
+    if known is not None and (source is None or not Path(source).is_relative_to(folder)):
+        raise ScenarioError(
+            f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
+            "give it another name."
+        )
+    sys.path.insert(0, folder)
+    try:
+        return importlib.import_module(name)
+    finally:
+        sys.path.remove(folder)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class OwnParts:
+    """What of the loop is one's own: objects of their protocols, or `PythonObject`; None is not.
+
+    Attributes
+    ----------
+    plant : Plant, optional
+        An engine that flies instead of the scenario's plant, whose sensors and estimator stay.
+    sensors, estimator, controller : optional
+        Instead of those of the scenario.
+    allocator : Allocator, optional
+        Gets its accelerations from the scenario's tracking.
+    disturbance : Disturbance, optional
+        Beside the forces of the plant.
+
+    Raises
+    ------
+    ScenarioError
+        If a part does not have what its protocol says, or if there are a controller, which
+        allocates, and an allocator.
+    """
+
+    plant: Plant | PythonObject | None = None
+    sensors: Sensors | PythonObject | None = None
+    estimator: Estimator | PythonObject | None = None
+    controller: Controller | PythonObject | None = None
+    allocator: Allocator | PythonObject | None = None
+    disturbance: Disturbance | PythonObject | None = None
+
+    def __post_init__(self) -> None:
+        for name, part in self.given().items():
+            if isinstance(part, PythonObject):
+                continue
+            if name == "plant":
+                missing = [one for one in _OF_PLANTS if not hasattr(type(part), one)]
+                missing = [one for one in missing if not hasattr(part, one)]
+                if missing:
+                    allowed = f"a plant of omnimorph.protocols, which has {', '.join(missing)}"
+                    raise ScenarioError.at("fly", name, part, allowed)
+            elif not callable(part):
+                allowed = "an object that can be called, see omnimorph.protocols"
+                raise ScenarioError.at("fly", name, part, allowed)
+        if self.controller is not None and self.allocator is not None:
+            raise ScenarioError(
+                "fly takes a controller or an allocator, not both: a controller allocates."
+            )
+
+    def given(self) -> dict[str, Any]:
+        """Return the parts that are there, by name."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        return {name: part for name, part in parts.items() if part is not None}
+
+    def built(self, scenario: Any) -> OwnParts:
+        """Return them ready to fly: what a file names as a class is built for the scenario."""
+        named = {
+            name: part.built(scenario)
+            for name, part in self.given().items()
+            if isinstance(part, PythonObject)
+        }
+        return replace(self, **named) if named else self
+
+
+def described(part: object) -> dict[str, Any]:
+    """Return a part of the loop as a file would hold it; of one written in Python, its name."""
+    as_file: Callable[[], dict[str, Any]] | None = getattr(part, "as_file", None)
+    if as_file is not None:
+        return as_file()
+    return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}
+
+
+_lock = threading.Lock()
+_flying: set[int] = set()  # identities of the parts under way
+
+
+@contextmanager
+def in_flight(parts: Mapping[str, object]) -> Iterator[None]:
+    """Keep the parts of one flight, by name, from any other as long as it takes.
+
+    Parts that may remember something fly once at a time: shared by two flights at once, such a part
+    would mix them up, differently each time.
+
+    Raises
+    ------
+    ScenarioError
+        If a part is flying already.
+    """
+    mine = {}
+    for name, part in parts.items():
+        if not _is_stateless(part):
+            mine[id(getattr(part, "__self__", part))] = name  # of a method, its object
+    with _lock:
+        for identity in mine.keys() & _flying:
+            raise ScenarioError(
+                f"fly: the {mine[identity]} is flying already; what it remembers belongs to one "
+                "flight, so give each its own."
+            )
+        _flying.update(mine)
+    try:
+        yield
+    finally:
+        with _lock:
+            _flying.difference_update(mine)
+
+
+def _is_stateless(part: object) -> bool:
+    """Return whether a part surely remembers nothing: a plain function or a frozen record."""
+    if inspect.isfunction(part):
+        return part.__closure__ is None
+    settings = getattr(type(part), "__dataclass_params__", None)
+    return isinstance(part, SampledReference) or (settings is not None and settings.frozen)

@@ -185,8 +185,9 @@ bool decide(const BoundFlight& flight, const Array& thrust, const Array& tilt, c
     return is_finite(sum);
 }
 
-/// Where a plant outside is, so many physics steps later; its thrusts are empty, if it does not say them.
-void place(const BoundFlight& flight, const Array& p, const Array& R, const Array& v, const Array& w,
+/// Where a plant outside is, so many physics steps under a push later; its thrusts are empty, if it does not say them.
+/// Whether all that is finite.
+bool place(const BoundFlight& flight, const Array& p, const Array& R, const Array& v, const Array& w,
            const Array& speed, const Array& tilt, const Array& wrench, const Array& thrust, const Array& push,
            int steps_later) {
     expect_size(p, 3, "the position");
@@ -201,9 +202,14 @@ void place(const BoundFlight& flight, const Array& p, const Array& R, const Arra
     outside.actuators.speed = per_rotor_from(speed, flight->n_rotors, "the speed");
     outside.actuators.tilt = per_servo_from(tilt, flight->n_servos, "the tilt");
     outside.load.wrench = vector_from<6>(wrench.data());
-    if (thrust.size() == 0) return flight->place(outside, nullptr, vector_from<6>(push.data()), steps_later);
-    const PerRotor<double, 0> given = per_rotor_from(thrust, flight->n_rotors, "the thrust");
-    flight->place(outside, &given, vector_from<6>(push.data()), steps_later);
+    const bool says_thrust = thrust.size() > 0;
+    PerRotor<double, 0> its_thrust{};
+    if (says_thrust) its_thrust = per_rotor_from(thrust, flight->n_rotors, "the thrust");
+    flight->place(outside, says_thrust ? &its_thrust : nullptr, vector_from<6>(push.data()), steps_later);
+    bool finite = true;
+    for (const Array* numbers : {&p, &R, &v, &w, &speed, &tilt, &wrench, &thrust})
+        for (std::size_t k = 0; k < numbers->size(); ++k) finite = finite && is_finite(numbers->data()[k]);
+    return finite;
 }
 
 /// Everything of the true state that a part outside may ask for: the motion, the acceleration, speeds and tilts.
@@ -279,6 +285,8 @@ void bind_loop(nb::module_& m) {
         .def("motion", [](const BoundFlight& f) { return as_array(f->state().plant.motion); })
         .def("desired", [](const BoundFlight& f) { return as_array(f->desired()); })
         .def("truth", &truth)
+        .def("decided",
+             [](const BoundFlight& f) { return AllocationView{f->state().decided, f->n_rotors, f->n_servos}; })
         .def("measured", [](const BoundFlight& f) { return as_array(f->measured()); })
         .def(
             "estimate_from",
@@ -296,7 +304,8 @@ void bind_loop(nb::module_& m) {
             "answer",
             [](const BoundFlight& f, const Array& state, const Array& acceleration) {
                 expect_size(acceleration, 6, "the acceleration");
-                f->answer(motion_from(state), {vector_from<6>(acceleration.data())});
+                return AllocationView{f->answer(motion_from(state), {vector_from<6>(acceleration.data())}), f->n_rotors,
+                                      f->n_servos};
             },
             "state"_a, "acceleration"_a)
         .def("decide", &decide, "thrust"_a, "tilt"_a, "wrench_asked"_a)

@@ -39,12 +39,12 @@ if TYPE_CHECKING:
     from omnimorph.simulation import effects
     from omnimorph.simulation.fly import fly
     from omnimorph.simulation.fly_many import fly_many
+    from omnimorph.simulation.loop import SteppedFlight
     from omnimorph.simulation.paths import paths, replaced, value_at
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
     from omnimorph.simulation.scenario import Scenario
     from omnimorph.simulation.scenario_files import list_scenarios, load_plant, load_scenario
     from omnimorph.simulation.speed_profile import SpeedProfile, speed_steps
-    from omnimorph.simulation.stepped_flight import SteppedFlight
     from omnimorph.simulation.thrust_stand import SixAxisSensor, ThrustStand
     from omnimorph.simulation.variation import Normal, Uniform
 
@@ -72,7 +72,7 @@ _HOME = {
     "SixAxisSensor": "simulation.thrust_stand",
     "SpeedProfile": "simulation.speed_profile",
     "StabilityMargins": "control.margins",
-    "SteppedFlight": "simulation.stepped_flight",
+    "SteppedFlight": "simulation.loop",
     "State": "protocols",
     "ThreeCandidates": "control.allocators",
     "ThrustStand": "simulation.thrust_stand",

@@ -20,7 +20,7 @@ from omnimorph.results.metrics import METRICS, Metrics
 from omnimorph.results.run import COLUMNS, Run
 from omnimorph.results.store import SCHEMA_VERSION, load_run
 from omnimorph.simulation.instruction_sets import batch_module
-from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.simulation.loop import SteppedFlight
 
 PACKAGE = Path(om.__file__).parent
 
@@ -53,7 +53,7 @@ from omnimorph.results.metrics import METRICS, Metrics
 from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
 from omnimorph.results.store import load_run
-from omnimorph.simulation.loop_parts import bytes_of_a_row
+from omnimorph.simulation.recording import bytes_of_a_row
 
 run = build_random_run()
 run.save("new.nc")

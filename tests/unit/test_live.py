@@ -9,7 +9,7 @@ import numpy as np
 import omnimorph as om
 from omnimorph.live.page import LivePage
 from omnimorph.live.pilot import PUSH_SECONDS, Pilot
-from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.simulation.loop import SteppedFlight
 from omnimorph.viewer.server import new_server, stop
 
 HOVER = om.load_scenario("hover")

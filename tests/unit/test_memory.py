@@ -228,7 +228,7 @@ def test_a_door_refuses_before_it_takes(door: str, tmp_path: Path) -> None:
 
 def test_the_estimate_is_what_a_flight_takes(tmp_path: Path) -> None:
     told = limited(
-        "from omnimorph.simulation.loop_parts import bytes_of_flights\n"
+        "from omnimorph.simulation.recording import bytes_of_flights\n"
         "scenario = lasting(300.0)\n"
         "before = peak()\n"
         "om.fly(scenario).metrics\n"

@@ -14,7 +14,7 @@ import omnimorph as om
 from omnimorph import _core
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import Segment, SegmentReference
-from omnimorph.simulation.loop_parts import loop_parts
+from omnimorph.simulation.core_settings import core_settings_of
 from omnimorph.simulation.plant import core_motion
 
 HOVER = om.load_scenario("hover")
@@ -96,13 +96,13 @@ def test_what_varies_is_copied_before_the_threads_start() -> None:
     ],
 )
 def test_rows_that_cannot_be_counted_are_refused(changes: dict[str, int]) -> None:
-    parts = loop_parts(HOVER).of_flight() | changes
+    parts = core_settings_of(HOVER).of_flight() | changes
     with pytest.raises(ValueError, match="a flight"):
         _core.new_flight(**parts, seed=0, flight=0, is_recorded=True)
 
 
 def test_a_flight_without_a_step_between_commands_is_refused() -> None:
-    parts = loop_parts(HOVER)
+    parts = core_settings_of(HOVER)
     start = {
         "motion": core_motion(parts.start),
         "command": {"thrust": parts.thrust, "tilt": parts.tilt},

@@ -102,7 +102,7 @@ def test_a_push_that_is_no_wrench_is_told(wrong: Any) -> None:
     with pytest.raises(om.InputError, match=r"the flight: effectiveness is .* 8 shares"):
         flight.set_effectiveness(wrong)
     assert flight.time == 0.0
-    flight.step([0, 0, 1, 0, 0, 0])  # type: ignore[arg-type]  # as good as an array
+    flight.step([0, 0, 1, 0, 0, 0])  # as good as an array
     assert flight.time > 0.0
 
 

@@ -11,7 +11,7 @@ import pytest
 import omnimorph as om
 from omnimorph.errors import ScenarioError
 from omnimorph.reference.segments import Segment, SegmentReference
-from omnimorph.simulation.stepped_flight import SteppedFlight
+from omnimorph.simulation.loop import SteppedFlight
 
 HOVER = om.load_scenario("hover")
 N = HOVER.vehicle.n_rotors

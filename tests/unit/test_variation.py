@@ -18,7 +18,7 @@ from omnimorph.errors import InputError, TooLargeError
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.run import COLUMNS
 from omnimorph.simulation.core_rows import CoreRows, numbers_of_core
-from omnimorph.simulation.loop_parts import loop_parts
+from omnimorph.simulation.core_settings import core_settings_of
 from omnimorph.simulation.paths import paths, replaced, shape_at, value_at
 from omnimorph.simulation.variation import SHARED, draw, numbers_of_a_flight
 
@@ -247,7 +247,7 @@ def test_a_scenario_made_of_whole_numbers_varies_by_broken_ones() -> None:
 
 
 def test_rows_that_no_memory_holds_are_refused() -> None:
-    parts = loop_parts(HOVER)
+    parts = core_settings_of(HOVER)
     rows = CoreRows(parts, HOVER, 10**13)
     heavier = numbers_of_core(replaced(HOVER, {"vehicle.mass": 1.4}), parts.start)
     with pytest.raises(TooLargeError, match="flights with 1 numbers of their own each need about"):
@@ -262,7 +262,7 @@ def test_numbers_are_counted_before_they_are_drawn() -> None:
 
 
 def test_only_what_differs_becomes_rows() -> None:
-    parts = loop_parts(HOVER)
+    parts = core_settings_of(HOVER)
     drawn = draw({"truth.mass": om.Uniform(1.3, 1.4)}, HOVER, 0, 0, 5)
     (path,) = rows = drawn.for_core(parts)
     assert path == "plant.vehicle.mass"

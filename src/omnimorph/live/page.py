@@ -14,9 +14,9 @@ import numpy as np
 from omnimorph.errors import InputError
 from omnimorph.live.pilot import PUSH_SECONDS, Pilot
 from omnimorph.results.run import Outcome, Run
+from omnimorph.simulation.loop import SteppedFlight
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import list_scenarios, load_scenario
-from omnimorph.simulation.stepped_flight import SteppedFlight
 from omnimorph.viewer.charts import add_plots, charts_of
 from omnimorph.viewer.flight_page import Rhythm, notices, numbers_of
 from omnimorph.viewer.frames import Flight, Frame, blade_turns, can_be_shown, frame_of

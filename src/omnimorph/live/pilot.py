@@ -8,8 +8,8 @@ import numpy as np
 
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
+from omnimorph.simulation.loop import NO_PUSH, SteppedFlight
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 
 __all__ = ["PUSH_SECONDS", "Pilot"]
 

@@ -12,7 +12,7 @@ from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.core import core_fields
 from omnimorph.model.interference import stacked_pairs
 from omnimorph.protocols import FloatArray
-from omnimorph.simulation.loop_parts import LoopParts, loop_fields
+from omnimorph.simulation.core_settings import CoreSettings, loop_fields
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["ALIKE", "PAIRS", "CoreRows", "numbers_of_core"]
@@ -32,7 +32,7 @@ class CoreRows:
 
     Parameters
     ----------
-    parts : LoopParts
+    parts : CoreSettings
         Of the first flight.
     scenario : Scenario
         Of the first flight.
@@ -45,7 +45,7 @@ class CoreRows:
         What `start` of the core's batches takes as its variation.
     """
 
-    def __init__(self, parts: LoopParts, scenario: Scenario, flights: int) -> None:
+    def __init__(self, parts: CoreSettings, scenario: Scenario, flights: int) -> None:
         self._flights = flights
         self._of_all = numbers_of_core(scenario, parts.start)
         self._bytes = {path: numbers.tobytes() for path, numbers in self._of_all.items()}

@@ -1,37 +1,27 @@
-"""Fly a scenario: in the compiled core, or with parts of the loop written in Python."""
+"""Fly a scenario: in the compiled core, or with parts of the loop that are one's own."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
-from typing import Any
-
-import numpy as np
-
 from omnimorph import _core
-from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
-from omnimorph.model.core import as_core
-from omnimorph.protocols import (
-    Allocator,
-    Command,
-    Controller,
-    Disturbance,
-    FloatArray,
-    Reference,
-)
-from omnimorph.reference.rows import desired_from_row
+from omnimorph.protocols import FloatArray
 from omnimorph.results.run import Run
-from omnimorph.simulation.parts_in_flight import in_flight
-from omnimorph.simulation.plant import NOT_ASKED, PlantLike, as_plant, as_state, send
-from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
-from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
+from omnimorph.simulation.loop import Progress, SteppedFlight
+from omnimorph.simulation.own_parts import in_flight
+from omnimorph.simulation.parts import (
+    AllocatorLike,
+    AnyPlant,
+    ControllerLike,
+    DisturbanceLike,
+    EstimatorLike,
+    ReferenceLike,
+    SensorsLike,
+    with_parts,
+)
+from omnimorph.simulation.scenario import ScenarioLike
 from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["fly", "measurement_noise"]
-
-Progress = Callable[[float, float], None]
-_STEPS_BETWEEN_REPORTS = 2000
 
 
 def fly(
@@ -39,18 +29,21 @@ def fly(
     *,
     seed: int = 0,
     flight: int = 0,
-    plant: PlantLike | None = None,
-    controller: Controller | None = None,
-    allocator: Allocator | None = None,
-    reference: Reference | None = None,
-    disturbance: Disturbance | None = None,
+    plant: AnyPlant | None = None,
+    sensors: SensorsLike | None = None,
+    estimator: EstimatorLike | None = None,
+    controller: ControllerLike | None = None,
+    allocator: AllocatorLike | None = None,
+    reference: ReferenceLike | None = None,
+    disturbance: DisturbanceLike | None = None,
+    allow_code: bool = False,
     progress: Progress | None = None,
 ) -> Run:
     """Fly a scenario once.
 
-    Parts of the loop can be objects written in Python: a `controller` or an `allocator` is called
-    once a control step, a `disturbance` once a physics step, a `reference` for every physics step
-    before the flight. What is left out runs in the core.
+    What is left out is the scenario's and runs in the core. A part of one's own is an object of its
+    protocol (`omnimorph.protocols`) that is called once a control step; a disturbance once a
+    physics step, a reference for every physics step before the flight, a plant for every one.
 
     Parameters
     ----------
@@ -58,25 +51,44 @@ def fly(
         What is flown, or its name or file.
     seed, flight : int
         Which noise: flight k of seed s is the same wherever and beside whatever it is flown.
-    plant : PlantModel, str or path, optional
-        Another plant, or its name or file, such as ``perfect``.
-    controller, allocator, reference, disturbance : optional
-        See `omnimorph.protocols`. An allocator gets its accelerations from the scenario's tracking.
-        One that may remember something, as any may but plain functions and frozen records, flies
-        once at a time.
+    plant : PlantModel, str, path or Plant, optional
+        How the vehicle behaves, such as ``perfect``, or an engine of one's own that flies instead:
+        what is measured and estimated of its motion is then as in the scenario's plant.
+    sensors : effect, str, path or Sensors, optional
+        `omnimorph.effects` for sensors, or the name or file of a plant that has them.
+    estimator : effect, str, path or Estimator, optional
+        Likewise.
+    controller : TrackingGains, Scenario, str, path or Controller, optional
+        Gains, or a scenario, or the name or file of one, whose whole controller is taken.
+    allocator : AllocationRule, str, path or Allocator, optional
+        A rule; the kind of one, such as ``three-candidates``, with the scenario's weights; or a
+        scenario's. One of one's own gets its accelerations from the scenario's tracking.
+    reference : Reference, str or path, optional
+        Where to be; of a scenario, or from a CSV file of poses.
+    disturbance : effect, str, path or Disturbance, optional
+        Forces, or the name or file of a plant that has them, beside those of the plant.
+    allow_code : bool
+        Whether code may run that a file or a text names, ``my_module:MyController``.
     progress : callable, optional
         Called now and then with the time flown and the duration, s.
 
     Returns
     -------
     Run
-        Complete, or up to the step at which the flight ended; see `Run.outcome`.
+        Complete, or up to the step at which the flight ended; see `Run.outcome`. What a part of
+        one's own raises ends the flight, and the run so far is kept; in its very first step it is
+        raised.
+
+    Notes
+    -----
+    A part of one's own that may remember something, as any may but plain functions and frozen
+    records, flies once at a time.
 
     Raises
     ------
     ScenarioError
         If a part does not fit: both a controller and an allocator, a reference that is not finite;
-        if a part is flying in another thread.
+        if a part is flying in another thread; if a file names code that is not allowed.
     TooLargeError
         If the flight has more rows than memory holds.
 
@@ -87,25 +99,21 @@ def fly(
     >>> run.outcome.name, run.metrics.position_error_max_m < 1e-6
     ('COMPLETED', True)
     """
-    if controller is not None and allocator is not None:
-        raise ScenarioError(
-            "fly takes a controller or an allocator, not both: a controller allocates."
-        )
-    scenario = as_scenario(scenario)
-    if plant is not None:
-        scenario = replace(scenario, plant=as_plant(plant))
-    if reference is not None:
-        scenario = replace(scenario, reference=reference)
-    parts = {"controller": controller, "allocator": allocator, "disturbance": disturbance}
-    written = {name: described(part) for name, part in parts.items() if part is not None}
-    with in_flight(parts):
-        loop = _Loop(scenario, seed=seed, flight=flight)
-        loop.notes |= written
-        if controller is None and allocator is None and disturbance is None:
-            loop.fly_in_core(progress)
-        else:
-            loop.fly_in_python(controller, allocator, disturbance, progress)
-    return loop.as_run()
+    scenario = with_parts(
+        scenario,
+        plant=plant,
+        sensors=sensors,
+        estimator=estimator,
+        controller=controller,
+        allocator=allocator,
+        reference=reference,
+        disturbance=disturbance,
+        allow_code=allow_code,
+    )
+    with in_flight(scenario.own.given()):
+        flown = SteppedFlight(scenario, seed=seed, flight=flight)
+        flown.fly(progress)
+    return flown.as_run()
 
 
 def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
@@ -124,81 +132,3 @@ def measurement_noise(seed: int, flight: int, steps: int) -> FloatArray:
         whole_number("measurement_noise", name, value, bits)
     refuse_more_than_memory(f"{steps} rows of noise", 96 * steps, "ask for fewer")
     return _core.measurement_normals(seed, flight, 0, steps)
-
-
-class _Loop(SteppedFlight):
-    """One flight flown to its end, by the core alone or with parts written in Python."""
-
-    reported = 0
-
-    def fly_in_core(self, progress: Progress | None) -> None:
-        """Let the core fly, stopping now and then to report and to notice an interrupt."""
-        while self.core.status == _core.FlightStatus.FLYING:
-            self.core.advance(_STEPS_BETWEEN_REPORTS)
-            self._report(progress)
-
-    def fly_in_python(
-        self,
-        controller: Controller | None,
-        allocator: Allocator | None,
-        disturbance: Disturbance | None,
-        progress: Progress | None,
-    ) -> None:
-        """Fly one control step at a time."""
-        core, self.last = self.core, self.start_command
-        while core.status == _core.FlightStatus.FLYING:
-            if core.step < self.steps:
-                state, desired = core.measure(), core.desired()
-                if controller is None and allocator is None:
-                    core.control(state, desired)
-                else:
-                    command, asked = self._ask(controller, allocator, state, desired)
-                    if not send(core, command, asked):
-                        break
-            self._integrate(disturbance)
-            if core.step - self.reported >= _STEPS_BETWEEN_REPORTS:
-                self._report(progress)
-
-    def _integrate(self, disturbance: Disturbance | None) -> None:
-        """Fly one control period, or what is left; the last row is recorded without a push."""
-        if disturbance is None:
-            self.core.integrate(self.control_every, NO_PUSH)
-            return
-        for _ in range(min(self.control_every, self.steps - self.core.step)):
-            push = _numbers("the disturbance", disturbance(self.time, as_state(self.core.motion())))
-            if push.shape != (6,):
-                allowed = "six numbers, force in W and torque in B"
-                raise ScenarioError.at("the disturbance", "shape", push.shape, allowed)
-            self.core.integrate(1, push)
-        if self.core.step == self.steps:
-            self.core.integrate(1, NO_PUSH)
-
-    def _ask(
-        self,
-        controller: Controller | None,
-        allocator: Allocator | None,
-        state_numbers: FloatArray,
-        desired_numbers: FloatArray,
-    ) -> tuple[Command, FloatArray]:
-        """Ask the part written in Python; return its command and the wrench it was asked for."""
-        state = as_state(state_numbers)
-        if controller is not None:
-            return controller(self.time, state, desired_from_row(desired_numbers)), NOT_ASKED
-        assert allocator is not None
-        wanted = _core.reference_acceleration(self.settings, state_numbers, desired_numbers)
-        asked = _core.wrench_for(as_core(self.scenario.vehicle), state_numbers, wanted)
-        self.last = allocator(wanted, state, self.last)
-        return self.last, asked
-
-    def _report(self, progress: Progress | None) -> None:
-        self.reported = self.core.step
-        if progress is not None:
-            progress(self.time, self.duration)
-
-
-def _numbers(what: str, answer: Any) -> FloatArray:
-    """Return what a part written in Python answered as an array of float64."""
-    try:
-        return np.asarray(answer, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ScenarioError.at(what, "answer", answer, "numbers") from None

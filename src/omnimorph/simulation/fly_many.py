@@ -18,16 +18,10 @@ from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.flights import BatchPerformance, Flights, Precision
 from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
+from omnimorph.simulation.core_settings import CoreSettings, core_settings_of
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
-from omnimorph.simulation.loop_parts import (
-    OUTCOMES,
-    Flown,
-    LoopParts,
-    as_run,
-    bytes_of_flights,
-    loop_parts,
-)
 from omnimorph.simulation.plant import PlantLike, as_plant
+from omnimorph.simulation.recording import OUTCOMES, FlownRows, as_run, bytes_of_flights
 from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 from omnimorph.simulation.whole_number import whole_number
@@ -133,7 +127,7 @@ def fly_many(
     kept = _kept(keep, first, n)
     _check_memory(scenario, n, len(kept), varied)
     variation = draw(vary, scenario, seed, first, n)
-    parts = loop_parts(variation.flown)
+    parts = core_settings_of(variation.flown)
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)
 
@@ -144,7 +138,7 @@ class _Batch:
     def __init__(
         self,
         scenario: Scenario,
-        parts: LoopParts,
+        parts: CoreSettings,
         variation: Variation,
         kept: Sequence[int],
         seed: int,
@@ -229,7 +223,7 @@ class _Batch:
         scenario = self.variation.scenario_of(row)
         truth = scenario.plant.true_vehicle(scenario.vehicle)
         factor = self.variation.drawn.get("drag_coefficient")
-        flown = Flown(
+        flown = FlownRows(
             columns=self.core.columns(row),
             rows=self.core.last_step(row) + 1,
             outcome=OUTCOMES[status],

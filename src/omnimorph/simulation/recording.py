@@ -3,22 +3,30 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from omnimorph import _core
-from omnimorph.arrays import as_numbers
 from omnimorph.design.files import vehicle_text
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
+from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.columns import sizes_of
-from omnimorph.results.logged import LoggedColumn
-from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
+from omnimorph.results.logged import LoggedColumn, checked
+from omnimorph.results.run import (
+    COLUMNS,
+    Outcome,
+    Performance,
+    Provenance,
+    Run,
+    names_taken,
+)
 from omnimorph.simulation.core_settings import physics_steps
 from omnimorph.simulation.scenario import Scenario
 
@@ -49,7 +57,7 @@ def bytes_of_flights(scenario: Scenario, traces: int) -> int:
     return rows * _BYTES_OF_A_SAMPLE + needed
 
 
-class Flown(NamedTuple):
+class FlownRows(NamedTuple):
     """What a flight left behind: its columns, of which the first `rows` are filled."""
 
     columns: Mapping[str, Any]
@@ -59,9 +67,10 @@ class Flown(NamedTuple):
     flight: int
     wall_time: float
     drag_coefficient: FloatArray  # (n,) of the vehicle that flew
+    logged: Mapping[str, LoggedColumn] = MappingProxyType({})
 
 
-def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
+def as_run(scenario: Scenario, flown: FlownRows, written: dict[str, Any]) -> Run:
     """Return the rows flown as a run; `written` is what the scenario does not say of it."""
     plant = scenario.plant
     time = np.arange(flown.rows, dtype=np.float64) * plant.physics_step
@@ -72,6 +81,7 @@ def as_run(scenario: Scenario, flown: Flown, written: dict[str, Any]) -> Run:
     return Run(
         time=time,
         **columns,
+        logged=flown.logged,
         outcome=flown.outcome,
         vehicle=scenario.vehicle,
         provenance=Provenance(
@@ -98,3 +108,78 @@ def bytes_of_a_row(vehicle: Vehicle) -> int:
     return 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)  # 8 for its time
 
 
+def _version() -> str:
+    from omnimorph import __version__
+
+    return __version__
+
+
+class Logs:
+    """What is logged beside the columns of the core: one row a control step, held until the next.
+
+    Parameters
+    ----------
+    control_steps : int
+        How many there may be, the row of the end included.
+    vehicle : Vehicle
+        Of the flight.
+    """
+
+    def __init__(self, control_steps: int, vehicle: Vehicle) -> None:
+        self._control_steps = control_steps
+        self._taken = names_taken() | {*sizes_of(vehicle)}
+        self._rows: dict[str, FloatArray] = {}
+        self._units: dict[str, str] = {}
+        self._logged: dict[str, NDArray[np.bool_]] = {}
+
+    def log(self, name: str, value: object, unit: str, control_step: int) -> None:
+        """Keep the numbers of a control step.
+
+        Raises
+        ------
+        ScenarioError
+            If they are none, if they had another shape or unit before, or if a run cannot have a
+            column of this name.
+        """
+        numbers = _as_log(name, value)
+        if name not in self._rows:
+            column = LoggedColumn(numbers[np.newaxis], unit)
+            checked({name: column}, 1, self._taken)
+            refuse_more_than_memory(
+                f"the flight: its log {name}", 8 * self._control_steps * numbers.size, "log less"
+            )
+            self._rows[name] = np.full((self._control_steps, *numbers.shape), np.nan)
+            self._units[name] = unit
+            self._logged[name] = np.zeros(self._control_steps, dtype=bool)
+        rows = self._rows[name]
+        if numbers.shape != rows.shape[1:]:
+            allowed = f"{rows.shape[1:]}, as in the control steps before"
+            raise ScenarioError.at("the flight", f"shape of log {name}", numbers.shape, allowed)
+        if unit != self._units[name]:
+            allowed = f"{self._units[name]}, as before"
+            raise ScenarioError.at("the flight", f"unit of log {name}", unit, allowed)
+        rows[control_step] = numbers
+        self._logged[name][control_step] = True
+
+    def columns(self, rows: int, control_every: int) -> dict[str, LoggedColumn]:
+        """Return a column of so many rows for each name: what was logged, held until the next."""
+        step_of_row = np.arange(rows) // control_every
+        columns = {}
+        for name, values in self._rows.items():
+            steps = np.arange(self._control_steps)
+            last = np.maximum.accumulate(np.where(self._logged[name], steps, -1))[step_of_row]
+            held = values[last]
+            held[last < 0] = np.nan
+            columns[name] = LoggedColumn(held, self._units[name])
+        return columns
+
+
+def _as_log(name: str, value: object) -> FloatArray:
+    """Return what is to be logged as an array; refuse what is no number."""
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind in "biuf" and array.size:
+            return array.astype(np.float64)
+    except ValueError:  # rows of different lengths
+        pass
+    raise ScenarioError.at("the flight", f"log {name}", value, "a number or an array of numbers")

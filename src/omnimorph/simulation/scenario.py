@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.simulation.effects import CommandDelay
+from omnimorph.simulation.own_parts import OwnParts, described
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
 
 if TYPE_CHECKING:
@@ -37,7 +37,6 @@ __all__ = [
     "Scenario",
     "ScenarioLike",
     "as_scenario",
-    "described",
     "proposed_controller",
 ]
 
@@ -74,6 +73,8 @@ class Scenario:
         plant's control period and its command delay, so that `for_vehicle` proposes new ones.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
+    own : OwnParts
+        Parts of the loop that are one's own and stand in for those above.
     """
 
     name: str
@@ -87,12 +88,14 @@ class Scenario:
     attitude_gives_way: bool = False
     proposed: bool = False
     lost_beyond: float = 2.0
+    own: OwnParts = field(default_factory=OwnParts)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
         object.__setattr__(self, "plant", as_plant(self.plant))
         check_record(self.name, "gains", self.gains, TrackingGains)
         check_record(self.name, "allocator", self.allocator, AllocationRule)
+        check_record(self.name, "own", self.own, OwnParts)
         if not (callable(self.reference) and hasattr(self.reference, "duration")):
             allowed = "a reference: it has a duration and is called with a time"
             raise ScenarioError.at(self.name, "reference", self.reference, allowed)
@@ -207,18 +210,26 @@ class Scenario:
         """Return everything that is flown, much as a file would hold it."""
         plant = self.plant.as_file()
         plant["effects"] = [effect.as_file() for effect in self.plant.effects]
+        own = {name: described(part) for name, part in self.own.given().items()}
+        allocator = own.pop("allocator", None) or self.allocator.as_file()
+        controller = own.pop("controller", None) or (
+            self.gains.as_file()
+            | {"allocator": allocator}
+            | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
+            | ({"proposed": True} if self.proposed else {})
+        )
+        if "plant" in own:
+            own["engine"] = own.pop("plant")
         return {
             "name": self.name,
             "title": self.title,
             "vehicle": self.vehicle.name,
             "plant": plant,
-            "controller": self.gains.as_file()
-            | {"allocator": self.allocator.as_file()}
-            | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
-            | ({"proposed": True} if self.proposed else {}),
+            "controller": controller,
             "reference": described(self.reference),
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,
+            **own,
         }
 
 
@@ -226,21 +237,24 @@ ScenarioLike = Scenario | str | os.PathLike[str]
 """A scenario, or the name or file of one."""
 
 
-def as_scenario(scenario: ScenarioLike) -> Scenario:
+def as_scenario(scenario: ScenarioLike, *, allow_code: bool = False) -> Scenario:
     """Return a scenario that may be given as a name of the catalogue or as a file.
+
+    Code that a file names runs only if it is allowed.
 
     Raises
     ------
     ScenarioError
         As `omnimorph.load_scenario` does, and if it is anything else.
     """
-    return record_or_file(scenario, Scenario, "scenario", _load, ScenarioError)
+    load = partial(_load, allow_code=allow_code)
+    return record_or_file(scenario, Scenario, "scenario", load, ScenarioError)
 
 
-def _load(name_or_path: str | os.PathLike[str]) -> Scenario:
+def _load(name_or_path: str | os.PathLike[str], allow_code: bool) -> Scenario:
     from omnimorph.simulation.scenario_files import load_scenario  # which imports this file
 
-    return load_scenario(name_or_path)
+    return load_scenario(name_or_path, allow_code=allow_code)
 
 
 def proposed_controller(
@@ -250,11 +264,3 @@ def proposed_controller(
     delay = sum(effect.time for effect in plant.effects if isinstance(effect, CommandDelay))
     proposal = propose_controller(vehicle, plant.control_period, delay, start_tilt)
     return proposal.gains, proposal.allocator
-
-
-def described(part: object) -> dict[str, Any]:
-    """Return a part of the loop as a file would hold it; of one written in Python, its name."""
-    as_file: Callable[[], dict[str, Any]] | None = getattr(part, "as_file", None)
-    if as_file is not None:
-        return as_file()
-    return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}

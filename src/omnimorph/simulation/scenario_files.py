@@ -76,13 +76,15 @@ def list_plants() -> list[str]:
     return catalogue_names(_folder("plants"))
 
 
-def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
+def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = False) -> Scenario:
     """Load a scenario of the catalogue, or from a TOML file.
 
     Parameters
     ----------
     name_or_path : str or path
         A name of `list_scenarios`, which goes first, or the path of a file.
+    allow_code : bool
+        Whether code may run that the file names, ``object = "my_module:MyController"``.
 
     Returns
     -------

@@ -20,9 +20,9 @@ from omnimorph import _core
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.core_rows import ALIKE, PAIRS, CoreRows, numbers_of_core
+from omnimorph.simulation.core_settings import CoreSettings
 from omnimorph.simulation.distributions import Distribution, Normal, Uniform, numbers_drawn
 from omnimorph.simulation.effects import ConstantWrench
-from omnimorph.simulation.loop_parts import LoopParts
 from omnimorph.simulation.paths import replaced, shape_at
 from omnimorph.simulation.scenario import Scenario
 
@@ -167,7 +167,7 @@ class Variation:
         """Return the scenario of one flight: with its numbers at the paths, without the keys."""
         return self._with_paths(self._scenario, row)
 
-    def for_core(self, parts: LoopParts) -> dict[str, FloatArray]:
+    def for_core(self, parts: CoreSettings) -> dict[str, FloatArray]:
         """Return a row for each flight of every field of the core in which they differ.
 
         `parts` are those of `flown`, the first flight.

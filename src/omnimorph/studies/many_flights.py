@@ -16,7 +16,7 @@ from omnimorph.errors import OmnimorphError, ScenarioError, TooLargeError
 from omnimorph.machine.memory import available_bytes
 from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
-from omnimorph.simulation.loop_parts import bytes_of_flights
+from omnimorph.simulation.recording import bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightLog, Flown, flight_keys
 

@@ -64,6 +64,7 @@ class MeasurementNoise(Effect):
     """
 
     kind: ClassVar[str] = "measurement-noise"
+    stage: ClassVar[str] = "sensors"
     position: float = quantity("mm", _NOISE, SIZE, default=0.0)
     velocity: float = quantity("cm_per_s", _NOISE, SIZE, default=0.0)
     attitude: float = quantity("mrad", _NOISE, SIZE, default=0.0)

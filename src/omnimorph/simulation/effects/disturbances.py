@@ -24,6 +24,7 @@ class ConstantWrench(Effect):
     """A constant force (N, in W) and torque (N m, in B) push at the centre of mass."""
 
     kind: ClassVar[str] = "constant-wrench"
+    stage: ClassVar[str] = "disturbance"
     force: tuple[float, ...] = quantity("N", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
     torque: tuple[float, ...] = quantity("Nm", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
 
@@ -48,6 +49,7 @@ class SineWrench(Effect):
     """
 
     kind: ClassVar[str] = "sine-wrench"
+    stage: ClassVar[str] = "disturbance"
     force: tuple[float, ...] = quantity("N", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
     torque: tuple[float, ...] = quantity("Nm", _WRENCH, _THREE, length=3, default=(0.0, 0.0, 0.0))
     frequency: float = quantity("Hz", Range(1e-6, 1e6), "a positive number of hertz")
@@ -76,6 +78,7 @@ class WrenchProfile(Effect):
     """
 
     kind: ClassVar[str] = "wrench-profile"
+    stage: ClassVar[str] = "disturbance"
     times: tuple[float, ...] = quantity(
         "s", Range(-1e6, 1e6), "finite numbers of seconds, increasing"
     )

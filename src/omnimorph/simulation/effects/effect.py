@@ -89,6 +89,8 @@ class Effect(Record):
     """Base of all effects: by itself it changes nothing."""
 
     kind: ClassVar[str] = "none"
+    stage: ClassVar[str] = "plant"
+    """Where in the loop it acts: ``plant``, ``sensors``, ``estimator`` or ``disturbance``."""
 
     def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
         """Return the vehicle that really flies when the controller believes in `vehicle`."""

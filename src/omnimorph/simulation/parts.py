@@ -1,0 +1,213 @@
+"""What may stand in for a part of a scenario: a name, a file, a record, or an object of one's own.
+
+=============  =======================================  =========================================
+part           name or file                             record
+=============  =======================================  =========================================
+plant          a plant                                  `PlantModel`
+sensors        a plant, whose sensors are taken         sensors of `omnimorph.effects`
+estimator      a plant, whose estimator is taken        an estimator of `omnimorph.effects`
+controller     a scenario, whose controller is taken    `TrackingGains`, or `Scenario` for all
+allocator      a kind of rule, with the scenario's      `AllocationRule`
+               weights, or a scenario, whose rule is
+               taken
+reference      a scenario, whose reference is taken,    `SegmentReference` and the like
+               or a CSV file of poses
+disturbance    a plant, whose forces act as well        forces of `omnimorph.effects`
+=============  =======================================  =========================================
+
+A text with a colon, ``my_module:MyController``, names an object of one's own, and anything else
+is one: see `omnimorph.protocols`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import MISSING, fields, replace
+from pathlib import Path
+from typing import Any
+
+from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.rules import RULES
+from omnimorph.control.tracking import TrackingGains
+from omnimorph.errors import ScenarioError
+from omnimorph.protocols import (
+    Allocator,
+    Controller,
+    Disturbance,
+    Estimator,
+    Plant,
+    Reference,
+    Sensors,
+)
+from omnimorph.reference.samples import SampledReference
+from omnimorph.simulation.effects import Effect
+from omnimorph.simulation.own_parts import PythonObject
+from omnimorph.simulation.plant import PlantModel, as_plant
+from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+
+__all__ = [
+    "AllocatorLike",
+    "AnyPlant",
+    "ControllerLike",
+    "DisturbanceLike",
+    "EstimatorLike",
+    "ReferenceLike",
+    "SensorsLike",
+    "refused_code",
+    "with_parts",
+]
+
+Path_ = str | os.PathLike[str]
+Effects = Effect | Sequence[Effect] | PlantModel
+AnyPlant = Path_ | PlantModel | PythonObject | Plant
+SensorsLike = Path_ | Effects | PythonObject | Sensors
+EstimatorLike = Path_ | Effects | PythonObject | Estimator
+ControllerLike = Path_ | TrackingGains | Scenario | PythonObject | Controller
+AllocatorLike = Path_ | AllocationRule | PythonObject | Allocator
+ReferenceLike = Path_ | PythonObject | Reference
+DisturbanceLike = Path_ | Effects | PythonObject | Disturbance
+
+
+def with_parts(
+    scenario: ScenarioLike,
+    *,
+    plant: AnyPlant | None = None,
+    sensors: SensorsLike | None = None,
+    estimator: EstimatorLike | None = None,
+    controller: ControllerLike | None = None,
+    allocator: AllocatorLike | None = None,
+    reference: ReferenceLike | None = None,
+    disturbance: DisturbanceLike | None = None,
+    allow_code: bool = False,
+) -> Scenario:
+    """Return a scenario with some of its parts replaced; what is None stays.
+
+    Raises
+    ------
+    ScenarioError
+        If a part is none of what it may be, or does not fit; if a file or a text names code and
+        `allow_code` is not True.
+    """
+    scenario = as_scenario(scenario, allow_code=allow_code)
+    own = scenario.own
+    if plant is not None:
+        part = _resolved("plant", plant, allow_code)
+        is_own = _is_own(part, PlantModel)
+        own = replace(own, plant=part if is_own else None)
+        if not is_own:
+            scenario = replace(scenario, plant=as_plant(part))
+    for stage, effects in (("sensors", sensors), ("estimator", estimator)):
+        if effects is not None:
+            part = _resolved(stage, effects, allow_code)
+            is_own = _is_own(part, Effect, PlantModel, Sequence)
+            own = replace(own, **{stage: part if is_own else None})
+            if not is_own:
+                scenario = _with_effects(scenario, stage, part, in_place_of=stage)
+    if controller is not None:
+        part = _resolved("controller", controller, allow_code)
+        is_own = _is_own(part, TrackingGains, Scenario)
+        own = replace(own, controller=part if is_own else None, allocator=None)
+        if not is_own:
+            scenario = _with_controller(scenario, part)
+    if allocator is not None:
+        part = _resolved("allocator", allocator, allow_code)
+        is_own = _is_own(part, AllocationRule)
+        if controller is None:
+            own = replace(own, controller=None)
+        own = replace(own, allocator=part if is_own else None)
+        if not is_own:
+            scenario = replace(scenario, allocator=_rule(scenario, part), proposed=False)
+    if disturbance is not None:
+        part = _resolved("disturbance", disturbance, allow_code)
+        if _is_own(part, Effect, PlantModel, Sequence):
+            own = replace(own, disturbance=part)
+        else:
+            scenario = _with_effects(scenario, "disturbance", part, in_place_of=None)
+    if reference is not None:
+        part = _resolved("reference", reference, allow_code)
+        scenario = replace(scenario, reference=_reference(part))
+    return replace(scenario, own=own)
+
+
+def _resolved(name: str, part: Any, allow_code: bool) -> Any:
+    """Return what was given for a part; a text that names an object of one's own becomes one."""
+    if isinstance(part, str) and ":" in part and not os.path.exists(part):
+        part = PythonObject(part, folder=os.getcwd())
+    if isinstance(part, PythonObject):
+        if not allow_code:
+            raise refused_code("the call", name, part)
+        part.found("the call", name)
+    return part
+
+
+def refused_code(place: str, key: str, part: PythonObject) -> ScenarioError:
+    """Build the refusal of code that a file or a text names, while nobody has allowed it."""
+    return ScenarioError(
+        f"{place}: {key} {part.object} is code, which runs only if it is allowed: by --allow-code "
+        "on the command line, by allow_code=True in Python.",
+        file=place,
+        key=key,
+        value=part.object,
+    )
+
+
+def _is_own(part: object, *records: type) -> bool:
+    """Return whether a part is an object of one's own: no name, no file and none of the records."""
+    return isinstance(part, PythonObject) or not isinstance(part, (str, os.PathLike, *records))
+
+
+def _with_effects(scenario: Scenario, stage: str, part: Any, in_place_of: str | None) -> Scenario:
+    """Return a scenario whose plant has these effects of a stage, in place of others or beside."""
+    if isinstance(part, Effect):
+        part = (part,)
+    if isinstance(part, Sequence) and not isinstance(part, str):
+        chosen = tuple(part)
+        for effect in chosen:
+            if not isinstance(effect, Effect) or effect.stage != stage:
+                raise ScenarioError.at("fly", stage, effect, f"an effect for the {stage}")
+    else:
+        chosen = tuple(effect for effect in as_plant(part).effects if effect.stage == stage)
+    kept = tuple(effect for effect in scenario.plant.effects if effect.stage != in_place_of)
+    return replace(scenario, plant=replace(scenario.plant, effects=kept + chosen))
+
+
+def _with_controller(scenario: Scenario, part: Any) -> Scenario:
+    """Return a scenario with these gains, or with the whole controller of another scenario."""
+    if isinstance(part, TrackingGains):
+        return replace(scenario, gains=part, proposed=False)
+    other = as_scenario(part)
+    return replace(
+        scenario,
+        gains=other.gains,
+        allocator=other.allocator,
+        attitude_gives_way=other.attitude_gives_way,
+        proposed=False,
+    )
+
+
+def _rule(scenario: Scenario, part: Any) -> AllocationRule:
+    """Return a rule: as it is, by its kind with the scenario's weights, or another scenario's."""
+    if isinstance(part, AllocationRule):
+        return part
+    rule = {rule.kind: rule for rule in RULES}.get(part)
+    if rule is None:
+        return as_scenario(part).allocator
+    old = scenario.allocator
+    names = {one.name for one in fields(rule)} & {one.name for one in fields(old)}
+    missing = [one.name for one in fields(rule) if one.default is MISSING and one.name not in names]
+    if missing:
+        allowed = f"a rule that needs no more than {old.kind} has, or a record with its numbers"
+        raise ScenarioError.at("fly", "allocator", part, f"{allowed} ({', '.join(missing)})")
+    return rule(**{name: getattr(old, name) for name in names})
+
+
+def _reference(part: Any) -> Reference:
+    """Return a reference: as it is, that of a scenario, or the poses of a CSV file."""
+    if isinstance(part, PythonObject):
+        reference: Reference = part.built()
+        return reference
+    if isinstance(part, str | os.PathLike):
+        is_table = Path(part).suffix.lower() == ".csv"
+        return SampledReference.from_csv(Path(part)) if is_table else as_scenario(part).reference
+    return part  # type: ignore[no-any-return]

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from time import perf_counter
 from typing import Any, Literal
 
@@ -19,10 +18,20 @@ from omnimorph.results.flights import BatchPerformance, Flights, Precision
 from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
 from omnimorph.simulation.core_settings import CoreSettings, core_settings_of
+from omnimorph.simulation.fly_each import fly_each
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
-from omnimorph.simulation.plant import PlantLike, as_plant
+from omnimorph.simulation.parts import (
+    AllocatorLike,
+    AnyPlant,
+    ControllerLike,
+    DisturbanceLike,
+    EstimatorLike,
+    ReferenceLike,
+    SensorsLike,
+    with_parts,
+)
 from omnimorph.simulation.recording import OUTCOMES, FlownRows, as_run, bytes_of_flights
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario, ScenarioLike
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 from omnimorph.simulation.whole_number import whole_number
 
@@ -41,7 +50,14 @@ def fly_many(
     first: int = 0,
     vary: Mapping[str, Distribution | ArrayLike] | None = None,
     keep: Iterable[int] | Literal["all"] = (),
-    plant: PlantLike | None = None,
+    plant: AnyPlant | None = None,
+    sensors: SensorsLike | None = None,
+    estimator: EstimatorLike | None = None,
+    controller: ControllerLike | None = None,
+    allocator: AllocatorLike | None = None,
+    reference: ReferenceLike | None = None,
+    disturbance: DisturbanceLike | None = None,
+    allow_code: bool = False,
     precision: Precision = "float64",
     threads: int | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -80,8 +96,12 @@ def fly_many(
             Beside the reference's start: m and m/s in W, a rotation vector in rad and rad/s in B.
     keep : iterable of int, or "all"
         Numbers of the flights whose traces are kept.
-    plant : PlantModel, str or path, optional
-        Another plant, or its name or file, such as ``perfect``.
+    plant, sensors, estimator, controller, allocator, reference, disturbance : optional
+        As `fly` takes them. Where any but the reference is an object of one's own, each flight is
+        flown by itself, with a copy of the object, tens to hundreds of times slower; flights may
+        then differ at paths alone.
+    allow_code : bool
+        Whether code may run that a file or a text names.
     precision : "float64" or "float32"
         Single precision is about twice as fast. Over the catalogue's tours it is good to 40 µm and
         40 µrad; where a nearly constant cost leaves the tilt to rounding it is another flight
@@ -112,9 +132,17 @@ def fly_many(
     >>> len(flights), bool(flights.completed.all())
     (8, True)
     """
-    scenario = as_scenario(scenario)
-    if plant is not None:
-        scenario = replace(scenario, plant=as_plant(plant))
+    scenario = with_parts(
+        scenario,
+        plant=plant,
+        sensors=sensors,
+        estimator=estimator,
+        controller=controller,
+        allocator=allocator,
+        reference=reference,
+        disturbance=disturbance,
+        allow_code=allow_code,
+    )
     seed = whole_number("fly_many", "seed", seed, 64)
     first = whole_number("fly_many", "first", first, 32)
     n = _positive("n", n, 2**32 - first)
@@ -127,6 +155,19 @@ def fly_many(
     kept = _kept(keep, first, n)
     _check_memory(scenario, n, len(kept), varied)
     variation = draw(vary, scenario, seed, first, n)
+    if scenario.own.given():
+        if precision != "float64":
+            allowed = "float64, as parts of the loop are written in Python"
+            raise ScenarioError.at("fly_many", "precision", precision, allowed)
+        return fly_each(
+            scenario,
+            variation,
+            seed=seed,
+            first=first,
+            kept=kept,
+            threads=threads,
+            progress=progress,
+        )
     parts = core_settings_of(variation.flown)
     batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
     return batch.fly(progress)

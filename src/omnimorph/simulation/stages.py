@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -254,16 +254,16 @@ class Stages:
 
     def _place(self, push: FloatArray, steps_later: int) -> None:
         """Take over where the engine is; what is not finite ends the flight with this row."""
-        engine = self._engine
+        engine, place = self._engine, cast(Any, self._core.place)
         try:
             thrust = getattr(engine, "thrust", None)
             its: list[Any] = [*engine.motion, engine.speed, engine.tilt, engine.wrench]
-            its.append(_UNKNOWN if thrust is None else thrust)
+            its += [_UNKNOWN if thrust is None else thrust, push]
             try:
-                finite = self._core.place(*its, push, steps_later)
+                finite = place(*its, steps_later)
             except TypeError:  # not yet arrays of float64
-                its = [np.ascontiguousarray(part, dtype=np.float64) for part in its]
-                finite = self._core.place(*its, push, steps_later)
+                arrays = [np.ascontiguousarray(part, dtype=np.float64) for part in its]
+                finite = place(*arrays, steps_later)
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a State, (n,) speeds, (m,) tilts and a (6,) wrench"
             text = f"the plant cannot be flown, because {problem}; it must give {allowed}."

@@ -100,10 +100,12 @@ class Stages:
             command = _checked(command)
         row, known = self._estimate(logs)
         if command is not None:
-            self._send(command, _NOT_ASKED)
+            self._send(command, _wrench_of(command, _NOT_ASKED))
         elif demand is None and "controller" in own:
             desired = desired_from_row(core.desired())
-            self._take("controller", self._ask("controller", self.time, known, desired), None, logs)
+            self._take(
+                "controller", self._ask("controller", self.time, known, desired), _NOT_ASKED, logs
+            )
         elif "allocator" in own:
             if demand is None:
                 demand = _core.reference_acceleration(self._controller, row, core.desired())
@@ -149,18 +151,10 @@ class Stages:
         decided = self._core.decided()
         return Command(decided.thrust, decided.tilt)
 
-    def _take(
-        self, kind: str, answer: Any, asked: FloatArray | None, logs: list[tuple[str, Log]]
-    ) -> None:
+    def _take(self, kind: str, answer: Any, asked: FloatArray, logs: list[tuple[str, Log]]) -> None:
         """Send what a part of one's own decided."""
         try:
-            own_wrench = getattr(answer, "wrench_asked", None)
-            if own_wrench is not None:
-                asked = as_numbers(own_wrench)
-                if asked.shape != (6,):
-                    allowed = "six numbers, force and torque in B"
-                    raise ScenarioError.at(f"the {kind}", "wrench_asked", own_wrench, allowed)
-            self._send(answer, _NOT_ASKED if asked is None else asked)
+            self._send(answer, _wrench_of(answer, asked))
         except ScenarioError as refused:
             raise PartFailed(self._names[kind], refused) from None
         logs.append((self._names[kind], getattr(answer, "log", {})))
@@ -314,6 +308,18 @@ def _checked(command: Command) -> Command:
     if not all(np.isfinite(as_numbers(part)).all() for part in command):
         raise ScenarioError.at("the flight", "command", command, "of finite numbers")
     return command
+
+
+def _wrench_of(command: Any, otherwise: FloatArray) -> FloatArray:
+    """Return the wrench that a command shall make, if it says it."""
+    own = getattr(command, "wrench_asked", None)
+    if own is None:
+        return otherwise
+    asked = as_numbers(own)
+    if asked.shape != (6,):
+        allowed = "six numbers, force and torque in B"
+        raise ScenarioError.at("the command", "wrench_asked", own, allowed)
+    return asked
 
 
 def _state(

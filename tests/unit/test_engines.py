@@ -164,8 +164,16 @@ def test_what_is_no_plant_is_refused_with_what_it_lacks() -> None:
 
         def send(self, command: om.Command) -> None: ...
 
+    class Numb(Lifeless):
+        def reset(self, *_: object) -> None: ...
+
+        def step_physics(self, *_: object) -> None: ...
+
     lifeless: Any = Lifeless()
-    with pytest.raises(om.InputError, match="which has reset, step_physics, motion, speed, tilt"):
+    numb: Any = Numb()
+    with pytest.raises(om.InputError, match="which has motion, speed, tilt, wrench"):
+        om.fly(SHORT, plant=numb)
+    with pytest.raises(om.InputError, match="which has reset, step_physics"):
         om.fly(SHORT, plant=lifeless)
 
 

@@ -12,7 +12,7 @@ import importlib
 import inspect
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -30,19 +30,10 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.samples import SampledReference
 
-__all__ = ["OwnParts", "PartFailed", "PythonObject", "described", "in_flight"]
+__all__ = ["OwnParts", "PartFailed", "PythonObject", "check_plant", "described", "in_flight"]
 
-_OF_PLANTS = (
-    "reset",
-    "physics_step",
-    "control_period",
-    "send",
-    "step_physics",
-    "motion",
-    "speed",
-    "tilt",
-    "wrench",
-)
+_AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
+_AFTER_RESET = ("motion", "speed", "tilt", "wrench")
 
 
 class PartFailed(Exception):
@@ -195,11 +186,7 @@ class OwnParts:
             if isinstance(part, PythonObject):
                 continue
             if name == "plant":
-                missing = [one for one in _OF_PLANTS if not hasattr(type(part), one)]
-                missing = [one for one in missing if not hasattr(part, one)]
-                if missing:
-                    allowed = f"a plant of omnimorph.protocols, which has {', '.join(missing)}"
-                    raise ScenarioError.at("fly", name, part, allowed)
+                check_plant(part, _AT_FIRST)
             elif not callable(part):
                 allowed = "an object that can be called, see omnimorph.protocols"
                 raise ScenarioError.at("fly", name, part, allowed)
@@ -221,6 +208,14 @@ class OwnParts:
             if isinstance(part, PythonObject)
         }
         return replace(self, **named) if named else self
+
+
+def check_plant(plant: Any, names: Sequence[str] = _AFTER_RESET) -> None:
+    """Refuse a plant that lacks what its protocol says; some may come with its first `reset`."""
+    missing = [one for one in names if not hasattr(plant, one)]
+    if missing:
+        allowed = f"a plant of omnimorph.protocols, which has {', '.join(missing)}"
+        raise ScenarioError.at("fly", "plant", plant, allowed)
 
 
 def described(part: object) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.simulation.core_settings import CoreSettings
-from omnimorph.simulation.own_parts import PartFailed, described
+from omnimorph.simulation.own_parts import PartFailed, check_plant, described
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["NO_PUSH", "Stages", "six_numbers", "steps_of"]
@@ -64,7 +64,11 @@ class Stages:
             return
         start, tilt, thrust = self._settings.start, self._settings.tilt, self._settings.thrust
         self._engine.reset(_state(start), tilt, thrust, seed | flight << 64)
-        self._place(NO_PUSH, 0)
+        check_plant(self._engine)
+        try:
+            self._place(NO_PUSH, 0)
+        except PartFailed as failed:
+            raise failed.error from failed.error.__cause__
 
     def change_controller(self, controller: _core.ControllerSettings) -> None:
         """Go on with another controller of the core."""

@@ -149,7 +149,7 @@ def main() -> None:
         report(name, om.fly(scenario, **chosen))  # type: ignore[arg-type]
     parts["estimator"] = PositionFilter(circle(0.0))  # which has remembered a flight
     run = om.fly(scenario, **parts)  # type: ignore[arg-type]
-    report("all of them", run)
+    report("all", run)
     innovation = np.linalg.norm(run["innovation"], axis=1).mean()
     print(f"the estimator was surprised by {innovation * 1e3:.2f} mm on average")
 
@@ -157,7 +157,7 @@ def main() -> None:
 def report(name: str, run: om.Run) -> None:
     """Print how a flight went."""
     error = run.metrics.position_error_mean_m * 1e3
-    print(f"own {name}: {error:.2f} mm off on average. {run.outcome_sentence}")
+    print(f"{name} of your own: {error:.2f} mm off on average. {run.outcome_sentence}")
 
 
 if __name__ == "__main__":

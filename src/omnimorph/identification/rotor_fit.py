@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from omnimorph.design.keys import limits_in_SI
+from omnimorph.design.keys import FIELDS
 from omnimorph.errors import InputError
 from omnimorph.identification.bench_data import STILL, BenchData
 from omnimorph.identification.coefficients import CoefficientFit, Estimate, fit_coefficient
@@ -234,7 +234,7 @@ def _check_fit(bench: BenchData, name: str, fit: CoefficientFit) -> None:
 def _check_size(bench: BenchData, name: str, fit: CoefficientFit) -> None:
     """Refuse a coefficient that a vehicle file does not take: a column is in another unit."""
     attribute = {"force": "thrust_coefficient", "torque": "drag_coefficient"}[name]
-    limits = limits_in_SI(attribute)
+    limits = FIELDS[attribute].limits_in_SI
     for way in (fit.both, fit.forward, fit.reverse):
         if way is not None and limits is not None and way.value not in limits:
             key = f"the coefficient of {name} over squared speed"

@@ -1,4 +1,4 @@
-"""Scenario and plant files: from TOML with units in its key names to a `Scenario`.
+"""Scenario files: from TOML with units in its key names to a `Scenario`.
 
 ::
 
@@ -24,11 +24,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -43,37 +42,30 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
-from omnimorph.design.input_files import is_file
-from omnimorph.design.records import file_model
+from omnimorph.design.records import values_of
+from omnimorph.design.tables import file_model
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import MISSING, InputError, ScenarioError
+from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
 from omnimorph.simulation import scenario_schema as schema
-from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant import PlantModel
+from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
+from omnimorph.simulation.plant_model import PlantModel
 from omnimorph.simulation.scenario import Scenario, proposed_controller
 from omnimorph.units import to_SI
 
 __all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
 
 Document = dict[str, Any]
-Built = TypeVar("Built")
 _RULES = {rule.kind: rule for rule in RULES}
-_EFFECTS = {effect.kind: effect for effect in EFFECTS}
 _MOST_BASES = 8
 
 
 def list_scenarios() -> list[str]:
     """Return the names of the scenarios that come with the package, sorted."""
-    return catalogue_names(_folder("scenarios"))
-
-
-def list_plants() -> list[str]:
-    """Return the names of the plants that come with the package, sorted."""
-    return catalogue_names(_folder("plants"))
+    return catalogue_names(_catalogue())
 
 
 def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
@@ -104,19 +96,19 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     _check_told_once(document, file)
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
-    vehicle = _named(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
+    vehicle = built_of(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
     if isinstance(content.plant, str):
         beside = _beside(content.plant, folder)
-        plant = _named(file, lambda: load_plant(beside))
+        plant = built_of(file, lambda: load_plant(beside))
     else:
-        plant = _named(file, lambda: _plant_from(content.plant, "own"))
-    _named(file, lambda: check_it_can_fly(vehicle))
+        plant = built_of(file, lambda: plant_of_table(content.plant, "own"))
+    built_of(file, lambda: check_it_can_fly(vehicle))
     start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
     controller = content.controller
-    gains, allocator = _named(
+    gains, allocator = built_of(
         file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
     )
-    return _named(
+    return built_of(
         file,
         lambda: Scenario(
             name=content.name,
@@ -134,28 +126,13 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     )
 
 
-def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
-    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file.
-
-    Raises
-    ------
-    ScenarioError
-        As `load_scenario` does.
-    """
-    file, text = find_document(name_or_path, _folder("plants"), "plant", ScenarioError)
-    document = parse_toml(text, file, ScenarioError)
-    _check_told_once(document, file)
-    content = check_document(schema.PlantFile, document, file, ScenarioError)
-    return _named(file, lambda: _plant_from(content.plant, content.name))
-
-
-def _folder(name: str) -> Traversable:
-    return resources.files("omnimorph.simulation") / name
+def _catalogue() -> Traversable:
+    return resources.files("omnimorph.simulation") / "scenarios"
 
 
 def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple[Document, str]:
     """Return a scenario's document laid over those it is based on, and its file."""
-    file, text = find_document(name_or_path, _folder("scenarios"), "scenario", ScenarioError)
+    file, text = find_document(name_or_path, _catalogue(), "scenario", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     base = document.pop("base", None)
     if base is None:
@@ -243,17 +220,6 @@ def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> Fl
     return to_SI(np.array(degrees), "deg")
 
 
-def _plant_from(content: Any, name: str) -> PlantModel:
-    effects = tuple(_EFFECTS[effect.kind].from_file(effect) for effect in content.effect)
-    return PlantModel(
-        physics_step=to_SI(content.physics_step_ms, "ms"),
-        control_period=to_SI(content.control_period_ms, "ms"),
-        integrator=content.integrator,
-        effects=effects,
-        name=name,
-    )
-
-
 def _reference_from(content: Any, folder: Path) -> Reference:
     whole = _whole_reference(content, folder)
     return PoseOnly(whole) if content.pose_only else whole
@@ -271,32 +237,5 @@ def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledRe
             [point.position_m for point in points],
             [point.quaternion_wxyz or upright for point in points] if turned else None,
         )
-    segments = [
-        Segment(
-            part.duration_s,
-            part.move_m,
-            part.rotation_axis_W,
-            to_SI(part.rotation_angle_deg, "deg"),
-        )
-        for part in content.segment
-    ]
+    segments = [Segment(**values_of(Segment, part)) for part in content.segment]
     return SegmentReference(content.start_position_m, content.start_attitude(), segments)
-
-
-def _named(file: str, build: Callable[[], Built]) -> Built:
-    """Build something of a file's content; what it refuses is reported with the file's name.
-
-    A refusal that names another file, in which the mistake is, stays as it is.
-    """
-    try:
-        return build()
-    except InputError as refused:
-        if refused.file is not None and is_file(refused.file):
-            raise
-        raise ScenarioError(
-            f"{file}: {refused}",
-            file=file,
-            key=refused.key,
-            value=refused.value,
-            allowed=refused.allowed,
-        ) from None

@@ -1,7 +1,7 @@
-"""The scenario and plant files, table by table, as pydantic models.
+"""The scenario file, table by table, as pydantic models.
 
-The description of a field is what a message says is allowed. Gains, allocation rules and effects
-are not written out here: their models are made from the records themselves (`design.records`).
+The description of a field is what a message says is allowed. Gains, allocation rules, segments and
+the plant are not written out here: their models are made of the records (`design.tables`).
 """
 
 from __future__ import annotations
@@ -16,17 +16,23 @@ from pydantic import AfterValidator, Discriminator, Field, Tag
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.ranges import UNIT_VECTOR
-from omnimorph.design.records import file_model
-from omnimorph.design.schema import Line, Number, Table, Vector, number
-from omnimorph.reference.ranges import ANGLES_DEG, DURATIONS, MOVES, POSITIONS, TIMES
-from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant import INTEGRATORS, TIME_STEPS
+from omnimorph.design.records import declared
+from omnimorph.design.tables import (
+    Line,
+    Number,
+    Table,
+    Vector,
+    file_model,
+    number,
+    table_with,
+)
+from omnimorph.reference.ranges import POSITIONS, TIMES
+from omnimorph.reference.segments import Segment
+from omnimorph.simulation.plant_schema import PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
-__all__ = ["PlantFile", "ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
+__all__ = ["ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
 
-_SECONDS = "a positive number of seconds"
-_MILLISECONDS = "a positive number of milliseconds"
 _QUATERNION = "four numbers w, x, y, z of unit length"
 
 
@@ -43,16 +49,10 @@ def _unit(quaternion: list[float]) -> list[float]:
 Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4), AfterValidator(_unit)]
 
 if TYPE_CHECKING:
-    AnyEffect = Any
     AnyRule = Any
     ControllerTable = Any
 else:
-    AnyEffect = Annotated[
-        reduce(or_, [file_model(effect) for effect in EFFECTS]), Field(discriminator="kind")
-    ]
-    AnyRule = Annotated[
-        reduce(or_, [file_model(rule) for rule in RULES]), Field(discriminator="kind")
-    ]
+    AnyRule = Annotated[reduce(or_, map(file_model, RULES)), Field(discriminator="kind")]
     ControllerTable = file_model(
         TrackingGains,
         allocator=(AnyRule, Field(description="a table with the kind of rule and its weights")),
@@ -68,13 +68,8 @@ class ProposedTable(Table):
     attitude_gives_way: bool = Field(default=False, description="true or false")
 
 
-class SegmentTable(Table):
+class SegmentTable(table_with(declared(Segment).values())):  # type: ignore[misc]
     """``[[reference.segment]]``: one move from rest to rest."""
-
-    duration_s: Number = number(DURATIONS, _SECONDS)
-    move_m: Vector = number(MOVES, "three numbers of metres", [0.0, 0.0, 0.0])
-    rotation_axis_W: Vector = number(UNIT_VECTOR, "a unit vector", [0.0, 0.0, 1.0])
-    rotation_angle_deg: Number = number(ANGLES_DEG, "a number of degrees", 0.0)
 
 
 class ReferenceTable(Table):
@@ -123,28 +118,6 @@ class Samples(ReferenceTable):
 
 
 AnyReference = Annotated[Segments | Waypoints | Samples, Field(discriminator="kind")]
-
-
-class PlantTable(Table):
-    """``[plant]``: time steps, integrator and imperfections."""
-
-    physics_step_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
-    control_period_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
-    integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = Field(
-        default="semi-implicit-euler", description=" or ".join(INTEGRATORS)
-    )
-    effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
-
-
-class PlantFile(Table):
-    """A plant file."""
-
-    schema_version: Literal[1] = Field(
-        alias="schema", description="1, the version this package reads"
-    )
-    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
-    title: Line = Field(default="", description="one line of text, at most 200 characters")
-    plant: PlantTable = Field(description="a table, written [plant]")
 
 
 def _table_or_name(value: Any) -> str:

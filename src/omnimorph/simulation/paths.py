@@ -189,6 +189,7 @@ def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenari
         raise ScenarioError.at(f"scenario {scenario.name}", "values", values, allowed)
     # A controller that was proposed is so no longer once that changes for which it was.
     another = any(str(path).startswith(("controller.", *_PROPOSED_FOR)) for path in values)
+    proposed = scenario.proposed and not another
     parts = _parts(scenario)
     changes: dict[str, dict[str, Any]] = {name: {} for name in parts}
     known_truth = [one for one in scenario.plant.effects if isinstance(one, TrueValues)]
@@ -213,7 +214,8 @@ def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenari
         plant=dataclasses.replace(new["plant"], effects=tuple(effects)),
         gains=new["controller"],
         allocator=new["controller.allocator"],
-        proposed=scenario.proposed and not another,
+        proposed=proposed,
+        overrides=scenario.overrides if proposed else {},
         **{name: number.tolist() for name, number in changes[""].items()},
     )
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,6 @@ import numpy as np
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
-from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import record_or_file
@@ -25,8 +24,8 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
-from omnimorph.simulation.effects import CommandDelay
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
+from omnimorph.simulation.proposed import overridden, overrides_as_file, proposed_controller
 
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
@@ -38,7 +37,6 @@ __all__ = [
     "ScenarioLike",
     "as_scenario",
     "described",
-    "proposed_controller",
 ]
 
 LOST_BEYOND = Range(1e-6, 1e9)
@@ -72,6 +70,10 @@ class Scenario:
     proposed : bool
         Whether gains and allocator are those that `propose_controller` gives for the vehicle, the
         plant's control period and its command delay, so that `for_vehicle` proposes new ones.
+    overrides : mapping
+        Of what is proposed: values given in its place, in SI, by the names of the gains; those of
+        the allocator stand in a mapping ``allocator``, which may also be a whole rule. They are in
+        `gains` and `allocator` too, and stay with another vehicle.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
     """
@@ -86,6 +88,7 @@ class Scenario:
     start_tilt: float | FloatArray = 0.0
     attitude_gives_way: bool = False
     proposed: bool = False
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     lost_beyond: float = 2.0
 
     def __post_init__(self) -> None:
@@ -93,6 +96,7 @@ class Scenario:
         object.__setattr__(self, "plant", as_plant(self.plant))
         check_record(self.name, "gains", self.gains, TrackingGains)
         check_record(self.name, "allocator", self.allocator, AllocationRule)
+        self._check_overrides()
         if not (callable(self.reference) and hasattr(self.reference, "duration")):
             allowed = "a reference: it has a duration and is called with a time"
             raise ScenarioError.at(self.name, "reference", self.reference, allowed)
@@ -113,6 +117,16 @@ class Scenario:
         # What does not fit the vehicle is refused here, with the name of its file, not in flight.
         self.plant.core_fields(vehicle)
         core_settings(vehicle, self.gains, self.allocator, self.plant.control_period)
+
+    def _check_overrides(self) -> None:
+        """Refuse overrides of nothing, and those that gains and allocator do not hold."""
+        controller = self.gains, self.allocator
+        if overridden(self.name, controller, self.overrides) != controller:
+            allowed = "values that gains and allocator have too"
+            raise ScenarioError.at(self.name, "overrides", self.overrides, allowed)
+        if self.overrides and not self.proposed:
+            allowed = "left out, as the controller is not proposed"
+            raise ScenarioError.at(self.name, "overrides", self.overrides, allowed)
 
     @property
     def tilt(self) -> FloatArray:
@@ -158,7 +172,9 @@ class Scenario:
             common = np.full(vehicle.n_servos, tilt.flat[0] if tilt.size else 0.0)
             tilt = common.clip(vehicle.servo_angle_min, vehicle.servo_angle_max)
         if self.proposed:
-            gains, allocator = proposed_controller(vehicle, self.plant, tilt)
+            controller = proposed_controller(vehicle, self.plant, tilt)
+            place = f"scenario {self.name} with vehicle {vehicle.name}"
+            gains, allocator = overridden(place, controller, self.overrides)
         else:
             gains, allocator = self.gains, self.allocator
             check_it_can_fly(vehicle)
@@ -173,7 +189,7 @@ class Scenario:
                 start_tilt=tilt,
             )
         except ScenarioError as refused:
-            if refused.key != "controller.allocator":
+            if refused.key != "controller.allocator" or self.proposed:
                 raise
             raise self._other_controller_needed(refused) from None
 
@@ -206,6 +222,7 @@ class Scenario:
     def as_file(self) -> dict[str, Any]:
         """Return everything that is flown, much as a file would hold it."""
         plant = self.plant.as_file()
+        overrides = overrides_as_file(self.gains, self.allocator, self.overrides)
         plant["effects"] = [effect.as_file() for effect in self.plant.effects]
         return {
             "name": self.name,
@@ -215,7 +232,8 @@ class Scenario:
             "controller": self.gains.as_file()
             | {"allocator": self.allocator.as_file()}
             | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
-            | ({"proposed": True} if self.proposed else {}),
+            | ({"proposed": True} if self.proposed else {})
+            | ({"overrides": overrides} if overrides else {}),
             "reference": described(self.reference),
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,
@@ -241,15 +259,6 @@ def _load(name_or_path: str | os.PathLike[str]) -> Scenario:
     from omnimorph.simulation.scenario_files import load_scenario  # which imports this file
 
     return load_scenario(name_or_path)
-
-
-def proposed_controller(
-    vehicle: Vehicle, plant: PlantModel, start_tilt: float | FloatArray
-) -> tuple[TrackingGains, AllocationRule]:
-    """Return what is proposed for a vehicle at a plant's control period and command delay."""
-    delay = sum(effect.time for effect in plant.effects if isinstance(effect, CommandDelay))
-    proposal = propose_controller(vehicle, plant.control_period, delay, start_tilt)
-    return proposal.gains, proposal.allocator
 
 
 def described(part: object) -> dict[str, Any]:

@@ -32,7 +32,6 @@ from typing import Any
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -42,8 +41,7 @@ from omnimorph.design.documents import (
     parse_toml,
 )
 from omnimorph.design.files import load_vehicle
-from omnimorph.design.records import values_of
-from omnimorph.design.tables import file_model
+from omnimorph.design.records import declared, values_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import FloatArray, Reference
@@ -52,8 +50,8 @@ from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
 from omnimorph.simulation import scenario_schema as schema
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
-from omnimorph.simulation.plant_model import PlantModel
-from omnimorph.simulation.scenario import Scenario, proposed_controller
+from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
+from omnimorph.simulation.scenario import Scenario
 from omnimorph.units import to_SI
 
 __all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
@@ -93,7 +91,6 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     45.0
     """
     document, file = _with_bases(name_or_path, [])
-    _check_told_once(document, file)
     content = check_document(schema.ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = built_of(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
@@ -104,10 +101,15 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
         plant = built_of(file, lambda: plant_of_table(content.plant, "own"))
     built_of(file, lambda: check_it_can_fly(vehicle))
     start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
-    controller = content.controller
-    gains, allocator = built_of(
-        file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
-    )
+    controller: Any = content.controller
+    overrides: dict[str, Any] = {}
+    if controller.proposed:
+        proposed = built_of(file, lambda: proposed_controller(vehicle, plant, start_tilt))
+        overrides = _overrides(controller, document["controller"], proposed, file)
+        gains, allocator = overridden(file, proposed, overrides)
+    else:
+        rule = controller.allocator
+        gains, allocator = TrackingGains.from_file(controller), _RULES[rule.kind].from_file(rule)
     return built_of(
         file,
         lambda: Scenario(
@@ -121,6 +123,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             start_tilt=start_tilt,
             attitude_gives_way=controller.attitude_gives_way,
             proposed=controller.proposed,
+            overrides=overrides,
             lost_beyond=content.lost_beyond_m,
         ),
     )
@@ -143,7 +146,7 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
         raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
     below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
     below = _seen_from_above(below, Path(base).parent)
-    if _is_proposed(document):
+    if _is_proposed(document) and not _is_proposed(below):
         # The base's gains and allocator would not be flown.
         kept = ("proposed", "attitude_gives_way")
         controller = below.get("controller")
@@ -193,24 +196,36 @@ def _is_proposed(document: Document) -> bool:
     return isinstance(controller, dict) and controller.get("proposed") is True
 
 
-def _check_told_once(document: Document, file: str) -> None:
-    """Refuse a controller that is proposed and stated: nobody could see which of them flies."""
-    if not _is_proposed(document):
-        return
-    told = {*file_model(TrackingGains, allocator=(Any, None)).model_fields}
-    for key, value in document["controller"].items():
-        if key in told:
-            allowed = "left out where proposed = true, or proposed must be false"
-            raise ScenarioError.at(file, f"controller.{key}", value, allowed)
+def _overrides(content: Any, told: Document, proposed: Controller, file: str) -> dict[str, Any]:
+    """Return what a checked ``[controller]`` gives in place of what is proposed.
+
+    Keys of the allocator are checked beside those proposed, as if these stood in a base.
+    """
+    gains = values_of(TrackingGains, content)
+    given, rule = told.get("allocator"), proposed[1]
+    if not given:
+        return gains
+    below = {"allocator": _in_lists(rule.as_file())}
+    whole = check_document(
+        schema.RuleInScenario,
+        {"controller": _laid_over({"allocator": given}, below)},
+        file,
+        ScenarioError,
+    ).controller.allocator
+    flown = _RULES[whole.kind].from_file(whole)
+    if type(flown) is not type(rule):
+        return gains | {"allocator": flown}
+    named = {name for name, field in declared(type(flown)).items() if field.key in given}
+    weights = {name: getattr(flown, name) for name in named}
+    kind = {"kind": flown.kind} if "kind" in given else {}
+    return gains | {"allocator": kind | weights}
 
 
-def _controller_from(
-    content: Any, vehicle: Vehicle, plant: PlantModel, start_tilt: Any
-) -> tuple[TrackingGains, AllocationRule]:
-    if isinstance(content, schema.ProposedTable):
-        return proposed_controller(vehicle, plant, start_tilt)
-    rule = content.allocator
-    return TrackingGains.from_file(content), _RULES[rule.kind].from_file(rule)
+def _in_lists(value: Any) -> Any:
+    """Return the content of a record with the lists that TOML has in place of tuples."""
+    if isinstance(value, dict):
+        return {key: _in_lists(item) for key, item in value.items()}
+    return [_in_lists(item) for item in value] if isinstance(value, tuple) else value
 
 
 def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:

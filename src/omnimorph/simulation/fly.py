@@ -24,7 +24,8 @@ from omnimorph.reference.rows import desired_from_row
 from omnimorph.results.run import Run
 from omnimorph.simulation.parts_in_flight import in_flight
 from omnimorph.simulation.plant import NOT_ASKED, PlantLike, as_plant, as_state, send
-from omnimorph.simulation.scenario import ScenarioLike, as_scenario, described
+from omnimorph.simulation.scenario import described
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 from omnimorph.simulation.stepped_flight import NO_PUSH, SteppedFlight
 from omnimorph.simulation.whole_number import whole_number
 

@@ -28,7 +28,8 @@ from omnimorph.simulation.loop_parts import (
     loop_parts,
 )
 from omnimorph.simulation.plant import PlantLike, as_plant
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 from omnimorph.simulation.whole_number import whole_number
 

@@ -37,7 +37,8 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import EFFECTS, Effect
 from omnimorph.simulation.effects.truth import TrueValues
 from omnimorph.simulation.plant import PlantModel
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 
 __all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 

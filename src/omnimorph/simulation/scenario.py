@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -16,7 +15,6 @@ from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import check_record
@@ -34,8 +32,6 @@ __all__ = [
     "LOST_BEYOND",
     "TILTS_DEG",
     "Scenario",
-    "ScenarioLike",
-    "as_scenario",
     "described",
 ]
 
@@ -238,27 +234,6 @@ class Scenario:
             "start_tilt_deg": np.degrees(self.tilt).tolist(),
             "lost_beyond_m": self.lost_beyond,
         }
-
-
-ScenarioLike = Scenario | str | os.PathLike[str]
-"""A scenario, or the name or file of one."""
-
-
-def as_scenario(scenario: ScenarioLike) -> Scenario:
-    """Return a scenario that may be given as a name of the catalogue or as a file.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_scenario` does, and if it is anything else.
-    """
-    return record_or_file(scenario, Scenario, "scenario", _load, ScenarioError)
-
-
-def _load(name_or_path: str | os.PathLike[str]) -> Scenario:
-    from omnimorph.simulation.scenario_files import load_scenario  # which imports this file
-
-    return load_scenario(name_or_path)
 
 
 def described(part: object) -> dict[str, Any]:

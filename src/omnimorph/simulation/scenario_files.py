@@ -39,6 +39,7 @@ from omnimorph.design.documents import (
     check_document,
     find_document,
     parse_toml,
+    record_or_file,
 )
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.records import declared, values_of
@@ -48,13 +49,22 @@ from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
-from omnimorph.simulation import scenario_schema as schema
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.units import to_SI
 
-__all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
+__all__ = [
+    "ScenarioLike",
+    "as_scenario",
+    "list_plants",
+    "list_scenarios",
+    "load_plant",
+    "load_scenario",
+]
+
+ScenarioLike = Scenario | str | os.PathLike[str]
+"""A scenario, or the name or file of one."""
 
 Document = dict[str, Any]
 _RULES = {rule.kind: rule for rule in RULES}
@@ -90,8 +100,10 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     >>> load_scenario("paper-case-a").reference.duration
     45.0
     """
+    from omnimorph.simulation.scenario_schema import ScenarioFile
+
     document, file = _with_bases(name_or_path, [])
-    content = check_document(schema.ScenarioFile, document, file, ScenarioError)
+    content = check_document(ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = built_of(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
     if isinstance(content.plant, str):
@@ -127,6 +139,17 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
             lost_beyond=content.lost_beyond_m,
         ),
     )
+
+
+def as_scenario(scenario: ScenarioLike) -> Scenario:
+    """Return a scenario that may be given as a name of the catalogue or as a file.
+
+    Raises
+    ------
+    ScenarioError
+        As `omnimorph.load_scenario` does, and if it is anything else.
+    """
+    return record_or_file(scenario, Scenario, "scenario", load_scenario, ScenarioError)
 
 
 def _catalogue() -> Traversable:
@@ -201,13 +224,15 @@ def _overrides(content: Any, told: Document, proposed: Controller, file: str) ->
 
     Keys of the allocator are checked beside those proposed, as if these stood in a base.
     """
+    from omnimorph.simulation.scenario_schema import RuleInScenario
+
     gains = values_of(TrackingGains, content)
     given, rule = told.get("allocator"), proposed[1]
     if not given:
         return gains
     below = {"allocator": _in_lists(rule.as_file())}
     whole = check_document(
-        schema.RuleInScenario,
+        RuleInScenario,
         {"controller": _laid_over({"allocator": given}, below)},
         file,
         ScenarioError,
@@ -241,9 +266,9 @@ def _reference_from(content: Any, folder: Path) -> Reference:
 
 
 def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledReference:
-    if isinstance(content, schema.Samples):
+    if content.kind == "samples":
         return SampledReference.from_csv(str(folder / content.file))
-    if isinstance(content, schema.Waypoints):
+    if content.kind == "waypoints":
         points = content.waypoint
         turned = any(point.quaternion_wxyz is not None for point in points)
         upright = [1.0, 0.0, 0.0, 0.0]

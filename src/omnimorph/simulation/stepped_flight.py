@@ -25,7 +25,7 @@ from omnimorph.simulation.loop_parts import (
     loop_parts,
     physics_steps,
 )
-from omnimorph.simulation.scenario import ScenarioLike, as_scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["NO_PUSH", "SteppedFlight"]

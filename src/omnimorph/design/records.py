@@ -23,7 +23,7 @@ import functools
 import typing
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from omnimorph.design.ranges import UNIT_VECTOR, Range
 from omnimorph.errors import ScenarioError
@@ -31,6 +31,8 @@ from omnimorph.units import from_SI, to_SI
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
+
+Kind = TypeVar("Kind")
 
 __all__ = [
     "Declaration",
@@ -41,6 +43,7 @@ __all__ = [
     "depths",
     "field_of",
     "quantity",
+    "record_of",
     "values_of",
 ]
 
@@ -239,6 +242,21 @@ def check_record(place: str, name: str, value: object, kind: type) -> None:
     """Refuse an argument that is not a record of a kind; `place` and `name` say which it is."""
     if not isinstance(value, kind):
         raise ScenarioError.at(place, name, value, f"of the kind {kind.__name__}")
+
+
+def record_of(place: str, name: str, value: object, kind: type[Kind]) -> Kind:
+    """Return a record that an argument is, or holds under the argument's name.
+
+    Raises
+    ------
+    ScenarioError
+        If it neither is one nor holds one; `place` and `name` say which argument it is.
+    """
+    record = value if isinstance(value, kind) else getattr(value, name, None)
+    if not isinstance(record, kind):
+        allowed = f"a {kind.__name__}, or a scenario or proposed controller, which hold one"
+        raise ScenarioError.at(place, name, value, allowed)
+    return record
 
 
 class Record:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from omnimorph.design.keys import FIELDS
 from omnimorph.errors import InputError
-from omnimorph.identification.bench_data import STILL, BenchData
+from omnimorph.identification.bench_data import STILL, BenchData, BenchLike, as_bench
 from omnimorph.identification.coefficients import CoefficientFit, Estimate, fit_coefficient
 from omnimorph.identification.fit_warnings import fit_warnings
 from omnimorph.identification.time_constants import StepFit, combined, fit_steps
@@ -79,7 +79,7 @@ class RotorFit:
 
 
 def fit_rotor(
-    bench: BenchData,
+    bench: BenchLike,
     *,
     expected_thrust_coefficient: float | None = None,
     expected_drag_coefficient: float | None = None,
@@ -88,8 +88,9 @@ def fit_rotor(
 
     Parameters
     ----------
-    bench : BenchData
-        At least 8 rows that turn, of which the fastest turns 1.2 times as fast as the slowest.
+    bench : BenchData, str or path
+        At least 8 rows that turn, of which the fastest turns 1.2 times as fast as the slowest; or
+        the CSV file of them, see `read_bench`.
     expected_thrust_coefficient : float, N s²/rad², optional
         Of a rotor of about the same size: a wrong unit is then recognised by its factor.
     expected_drag_coefficient : float, N m s²/rad², optional
@@ -125,6 +126,7 @@ def fit_rotor(
     noise makes the coefficients too small by about its relative variance. While a rotor speeds up,
     a bench that feels the motor's torque also feels its inertia; hold each speed for a while.
     """
+    bench = as_bench(bench)
     sides = _sides(bench)
     square = bench.speed * np.abs(bench.speed)
     thrust = fit_coefficient(square, bench.force, sides)

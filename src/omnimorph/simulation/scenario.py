@@ -17,11 +17,12 @@ from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import check_record
+from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
+from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
 from omnimorph.simulation.proposed import overridden, overrides_as_file, proposed_controller
 
@@ -90,12 +91,11 @@ class Scenario:
     def __post_init__(self) -> None:
         object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
         object.__setattr__(self, "plant", as_plant(self.plant))
-        check_record(self.name, "gains", self.gains, TrackingGains)
-        check_record(self.name, "allocator", self.allocator, AllocationRule)
+        for part, kind in (("gains", TrackingGains), ("allocator", AllocationRule)):
+            record = record_of(self.name, part, getattr(self, part), kind)
+            object.__setattr__(self, part, record)
+        object.__setattr__(self, "reference", as_reference(self.name, self.reference))
         self._check_overrides()
-        if not (callable(self.reference) and hasattr(self.reference, "duration")):
-            allowed = "a reference: it has a duration and is called with a time"
-            raise ScenarioError.at(self.name, "reference", self.reference, allowed)
         if self.lost_beyond not in LOST_BEYOND:
             allowed = f"a positive number of metres, {LOST_BEYOND}"
             raise ScenarioError.at(self.name, "lost_beyond_m", self.lost_beyond, allowed)

@@ -1,4 +1,4 @@
-"""Minimal objects of each protocol, as someone who has read no more than the protocols writes them."""
+"""Minimal objects of each protocol, as one writes them who has read the protocols alone."""
 
 from __future__ import annotations
 

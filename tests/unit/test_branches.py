@@ -104,7 +104,7 @@ def test_a_flight_of_an_engine_is_copied_and_not_restored() -> None:
     flight = begun(FLIGHTS["own engine"]())
     with pytest.raises(om.InputError, match="copy or pickle the flight"):
         flight.restore(flight.stored_state())
-    with pytest.raises(om.InputError, match="effectiveness .* left to the plant"):
+    with pytest.raises(om.InputError, match=r"effectiveness .* left to the plant"):
         flight.set_effectiveness(SHARES)
 
 

@@ -8,7 +8,7 @@ import pytest
 from pydantic import Field, field_validator
 
 from omnimorph.design.documents import check_document
-from omnimorph.design.schema import Number, Table
+from omnimorph.design.tables import Number, Table
 from omnimorph.errors import ScenarioError
 
 

@@ -15,7 +15,7 @@ import pytest
 
 import omnimorph as om
 from omnimorph import effects
-from omnimorph.design.records import file_model
+from omnimorph.design.tables import file_model
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.simulation.effects import EFFECTS, Effect

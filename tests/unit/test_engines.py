@@ -1,4 +1,4 @@
-"""Engines of one's own fly in the loop: through a wall to the last bit, and bad ones are noticed."""
+"""Engines of one's own fly: behind a wall to the last bit; what is wrong with one is noticed."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from tests.unit.scenario_parts import changed
 
 import omnimorph as om
 from omnimorph.errors import InputError, ScenarioError, VehicleError
+from omnimorph.units import to_SI
 
 LAGGED = {"time_constant_up": 0.02, "time_constant_down": 0.02}
 QUADROTOR = build_star(4, **LAGGED)
@@ -40,14 +42,123 @@ def test_attitude_gives_way_of_the_base_stays(tmp_path: Path) -> None:
     assert not load(tmp_path, PROPOSED.format("hover")).attitude_gives_way
 
 
-def test_proposed_and_told_is_refused(tmp_path: Path) -> None:
-    for line in ("position_per_s2 = 9.0", 'allocator.kind = "fixed-tilt"'):
-        with pytest.raises(ScenarioError, match="left out where proposed = true") as caught:
-            load(tmp_path, PROPOSED.format("hover") + line + "\n")
-        assert caught.value.key == f"controller.{line.split()[0].split('.')[0]}"
-    told = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nrate_per_s = 9.0\n'
-    with pytest.raises(ScenarioError, match=r"controller\.rate_per_s is 9\.0, but"):
-        load(tmp_path, told)
+ONE_OF_EACH = "position_per_s2 = 9.0\nrate_per_s = [8.0, 8.0, 7.0]\nallocator.W1_per_Hz4 = 1e-8\n"
+FIXED = """[controller.allocator]
+kind = "fixed-tilt"
+W1_per_Hz4 = 1e-8
+W2_position_s4_per_m2 = [1.0, 2.0, 3.0]
+W2_attitude_s4_per_rad2 = [4.0, 5.0, 6.0]
+W3_per_Hz4 = 1e-9
+"""
+
+
+def test_single_values_stand_in_place_of_proposed_ones(tmp_path: Path) -> None:
+    """All others are those proposed, to the last bit; provenance says which were given."""
+    scenario = load(tmp_path, PROPOSED.format("hover") + ONE_OF_EACH)
+    proposal = om.propose_controller(scenario.vehicle, scenario.plant.control_period)
+    W1 = to_SI(1e-8, "per_Hz4")
+    assert scenario.proposed
+    assert scenario.gains == replace(proposal.gains, position=9.0, rate=(8.0, 8.0, 7.0))
+    assert scenario.allocator == replace(proposal.allocator, W1=W1)
+    assert scenario.overrides == {
+        "position": 9.0,
+        "rate": (8.0, 8.0, 7.0),
+        "allocator": {"W1": W1},
+    }
+    written = scenario.as_file()["controller"]["overrides"]
+    assert written == {
+        "position_per_s2": 9.0,
+        "rate_per_s": (8.0, 8.0, 7.0),
+        "allocator": {"W1_per_Hz4": pytest.approx(1e-8, rel=1e-15)},
+    }
+    assert "overrides" not in om.load_scenario("tour").as_file()["controller"]
+
+
+def test_overrides_stay_with_another_vehicle(tmp_path: Path) -> None:
+    scenario = load(tmp_path, PROPOSED.format("tour") + ONE_OF_EACH)
+    flown = scenario.for_vehicle(QUADROTOR)
+    proposal = om.propose_controller(QUADROTOR)
+    assert flown.overrides == scenario.overrides
+    assert flown.gains == replace(proposal.gains, position=9.0, rate=(8.0, 8.0, 7.0))
+    assert flown.allocator == replace(proposal.allocator, W1=to_SI(1e-8, "per_Hz4"))
+    stiffer = om.replaced(flown, {"controller.position": 10.0})
+    assert (stiffer.proposed, stiffer.overrides) == (False, {})
+    assert stiffer.gains.velocity == flown.gains.velocity
+
+
+def test_a_rule_of_another_kind_replaces_the_proposed_one(tmp_path: Path) -> None:
+    scenario = load(tmp_path, PROPOSED.format("tour") + FIXED)
+    assert scenario.allocator.kind == "fixed-tilt"
+    assert scenario.for_vehicle(QUADROTOR).allocator == scenario.allocator
+    assert scenario.gains == om.load_scenario("tour").gains
+    three = changed(FIXED, "fixed-tilt", "exhaustive-tilt") + 'span = "window"\ncandidates = 5\n'
+    searching = load(tmp_path, PROPOSED.format("tour") + three)
+    with pytest.raises(ScenarioError, match="exhaustive-tilt") as caught:
+        searching.for_vehicle(QUADROTOR)
+    assert "fly tour" not in str(caught.value)
+
+
+def test_overrides_of_a_base_and_of_its_user(tmp_path: Path) -> None:
+    (tmp_path / "base.toml").write_text(PROPOSED.format("tour") + ONE_OF_EACH)
+    for proposed in ("", "proposed = true\n"):
+        upper = 'schema = 1\nname = "mine"\nbase = "base.toml"\n[controller]\n' + proposed
+        scenario = load(tmp_path, upper + "position_per_s2 = 7.0\nallocator.W3_per_Hz4 = 1e-9\n")
+        assert scenario.overrides["position"] == 7.0
+        assert scenario.overrides["rate"] == (8.0, 8.0, 7.0)
+        assert scenario.overrides["allocator"].keys() == {"W1", "W3"}
+    of_its_own = load(tmp_path, upper + FIXED)
+    assert of_its_own.overrides["allocator"] == of_its_own.allocator
+    own_gains = PROPOSED.format("paper-case-b") + "position_per_s2 = 7.0\n"
+    assert load(tmp_path, own_gains).overrides == {"position": 7.0}
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        ("position_per_s2 = -9.0", "controller.position_per_s2 is -9.0, but it must be one number"),
+        ("positoin_per_s2 = 9.0", "controller.positoin_per_s2 is not a known key; did you mean po"),
+        ("allocator = 3", "controller.allocator is 3, but it must be a table"),
+        ("allocator.W1_per_Hz4 = -1.0", "controller.allocator.W1_per_Hz4 is -1.0, but it must be"),
+        ("allocator.W4 = 1.0", "controller.allocator.W4 is not a known key; allowed: kind,"),
+        ('allocator.kind = "best"', 'controller.allocator.kind is "best", but it must be one of'),
+        ('allocator.kind = "fixed-tilt"', "controller.allocator.W1_per_Hz4 is missing, but it mus"),
+    ],
+)
+def test_values_that_nothing_proposed_has(lines: str, sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(ScenarioError) as caught:
+        load(tmp_path, PROPOSED.format("tour") + lines + "\n")
+    assert str(caught.value).startswith(f"{tmp_path / 'mine.toml'}: {sentence}")
+
+
+def test_a_kind_that_is_stated_is_kept_or_refused(tmp_path: Path) -> None:
+    stated = 'allocator.kind = "three-candidates"\nallocator.W1_per_Hz4 = 1e-8\n'
+    scenario = load(tmp_path, PROPOSED.format("tour") + stated)
+    assert scenario.as_file()["controller"]["overrides"]["allocator"]["kind"] == "three-candidates"
+    with pytest.raises(ScenarioError, match=r"allocator\.kind is .three-candidates., but it must"):
+        scenario.for_vehicle(QUADROTOR)
+    joint = replace(om.load_scenario("tour").for_vehicle(VEHICLES["independent-tilts"]))
+    joint = replace(
+        joint,
+        allocator=replace(joint.allocator, W4=1.0),  # type: ignore[call-arg]
+        overrides={"allocator": {"W4": 1.0}},
+    )
+    with pytest.raises(ScenarioError, match=r"allocator\.W4 is 1\.0, but it must be left out, as"):
+        joint.for_vehicle(QUADROTOR)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [3, {"position": 1.0}, {"positoin": 1.0}, {"allocator": 3}, {"allocator": {"W": 1}}],
+)
+def test_overrides_that_the_controller_does_not_hold(overrides: Any) -> None:
+    with pytest.raises(ScenarioError, match=r"^tour: (overrides|controller)"):
+        replace(om.load_scenario("tour"), overrides=overrides)
+
+
+def test_overrides_of_what_is_not_proposed() -> None:
+    hover = om.load_scenario("hover")
+    with pytest.raises(ScenarioError, match=r"overrides is .* left out, as the controller is not"):
+        replace(hover, overrides={"position": hover.gains.position})
 
 
 def test_what_is_not_proposed_is_told_whole(tmp_path: Path) -> None:

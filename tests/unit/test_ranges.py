@@ -17,12 +17,14 @@ import omnimorph as om
 from omnimorph.control.rules import RULES
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record
-from omnimorph.design.schema import Table, VehicleFile, range_of
+from omnimorph.design.schema import VehicleFile
+from omnimorph.design.tables import Table, range_of
 from omnimorph.identification.bench_data import column_ranges
 from omnimorph.identification.inertia import PARTS as PART_KINDS
 from omnimorph.reference import samples
 from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.scenario_schema import PlantFile, ScenarioFile
+from omnimorph.simulation.plant_schema import PlantFile
+from omnimorph.simulation.scenario_schema import ScenarioFile
 
 REFUSED: tuple[Any, ...] = (1e300, -1e300, 1e154, math.nan, math.inf, "x", True, [])
 EITHER = (0.0, 5e-324, 1e-300, 1e-12, -1.0, 1e9)
@@ -86,7 +88,7 @@ def test_every_column_has_a_range() -> None:
 
 def example(record: type[Record]) -> dict[str, Any]:
     """Return a table of a file with every number that a record has."""
-    from omnimorph.design.records import file_model
+    from omnimorph.design.tables import file_model
 
     known = {"times_s": [0.0, 1.0], "span": "window", "candidates": 5, "model": "published"}
     table: dict[str, Any] = {"kind": record.kind}

@@ -11,7 +11,8 @@ import pytest
 from pydantic import ValidationError
 
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record, choice, file_model, quantity
+from omnimorph.design.records import Record, choice, quantity
+from omnimorph.design.tables import file_model
 from omnimorph.errors import ScenarioError
 
 ANY = Range(-1e6, 1e6)

@@ -11,9 +11,10 @@ import pytest
 import omnimorph as om
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.records import Record, file_model
-from omnimorph.design.schema import Table
+from omnimorph.design.records import Record
+from omnimorph.design.tables import Table, file_model
 from omnimorph.reference.samples import POSE_COLUMNS, QUATERNION_COLUMNS
+from omnimorph.simulation import plant_schema
 from omnimorph.simulation import scenario_schema as schema
 from omnimorph.simulation.effects import EFFECTS, Effect
 from omnimorph.simulation.plant import INTEGRATORS
@@ -117,8 +118,8 @@ def test_keys_of_the_controller_are_named(record: type[Record]) -> None:
     "table",
     [
         schema.ScenarioFile,
-        schema.PlantFile,
-        schema.PlantTable,
+        plant_schema.PlantFile,
+        plant_schema.PlantTable,
         schema.ProposedTable,
         schema.Segments,
         schema.SegmentTable,

@@ -22,7 +22,8 @@ import omnimorph
 from omnimorph.design import Vehicle, load_vehicle
 from omnimorph.design.keys import FIELDS, FILE_KEYS, OF_VEHICLES, fields_in
 from omnimorph.design.ranges import Range
-from omnimorph.design.schema import Filter, Rotor, RotorDefaults, Servo, VehicleFile, range_of
+from omnimorph.design.schema import Filter, Rotor, RotorDefaults, Servo, VehicleFile
+from omnimorph.design.tables import range_of
 from omnimorph.design.vehicle_fields import VehicleField, fields_of, of_body
 from omnimorph.errors import VehicleError
 from omnimorph.model.core import core_fields
@@ -31,7 +32,7 @@ from omnimorph.units import UNITS
 PACKAGE = Path(omnimorph.__file__).parent
 CORE_VEHICLE = Path(__file__).parents[2] / "core/include/omnimorph/model/vehicle.hpp"
 TABLES: dict[str, Any] = {"": VehicleFile, "rotor": Rotor, "servo": Servo, "filter": Filter}
-NUMBERS = [field for field in FIELDS.values() if field.is_number_in_files]
+NUMBERS = [field for field in FIELDS.values() if field.is_number]
 
 all_fields = pytest.mark.parametrize("field", FIELDS.values(), ids=lambda field: field.name)
 all_numbers = pytest.mark.parametrize("field", NUMBERS, ids=lambda field: field.name)

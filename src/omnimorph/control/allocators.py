@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -17,6 +17,7 @@ __all__ = [
     "ExhaustiveTilt",
     "FixedTilt",
     "JointTilt",
+    "RuleLike",
     "Span",
     "ThreeCandidates",
 ]
@@ -229,3 +230,16 @@ class JointTilt(AllocationRule):
     def core_rule(self) -> tuple[str, dict[str, object]]:
         """See `AllocationRule`."""
         return "joint-tilt", {"tilt_change_weight": self.W4}
+
+
+class HoldsRule(Protocol):
+    """What has an allocation rule: a scenario, or a proposed controller."""
+
+    @property
+    def allocator(self) -> AllocationRule:
+        """How thrusts and tilt are found."""
+        ...
+
+
+RuleLike = AllocationRule | HoldsRule
+"""An allocation rule, or what holds one."""

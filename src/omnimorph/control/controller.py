@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.allocators import AllocationRule, RuleLike
 from omnimorph.control.rules import RULES
-from omnimorph.control.tracking import TrackingGains
+from omnimorph.control.tracking import GainsLike, TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
-from omnimorph.design.records import check_record
+from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
@@ -27,8 +27,8 @@ __all__ = ["PoseController", "controller_fields", "core_settings"]
 
 def core_settings(
     vehicle: Vehicle,
-    gains: TrackingGains,
-    rule: AllocationRule,
+    gains: GainsLike,
+    rule: RuleLike,
     control_period: float,
     lateral_force: float | None = None,
 ) -> _core.ControllerSettings:
@@ -39,8 +39,8 @@ def core_settings(
 
 def controller_fields(
     vehicle: Vehicle,
-    gains: TrackingGains,
-    rule: AllocationRule,
+    gains: GainsLike,
+    rule: RuleLike,
     control_period: float,
     lateral_force: float | None = None,
 ) -> dict[str, Any]:
@@ -49,8 +49,8 @@ def controller_fields(
     With a `lateral_force`, N, position goes first: where more is asked sideways, the attitude gives
     way.
     """
-    check_record("the controller", "gains", gains, TrackingGains)
-    check_record("the controller", "allocator", rule, AllocationRule)
+    gains = record_of("the controller", "gains", gains, TrackingGains)
+    rule = record_of("the controller", "allocator", rule, AllocationRule)
     if not rule.suits(vehicle.n_servos):
         raise _unfit_servos(vehicle, rule)
     for name in ("W1", "W3"):
@@ -106,9 +106,9 @@ class PoseController:
     vehicle : Vehicle
         The model it controls by.
     gains : TrackingGains
-        Of the pose controller.
+        Of the pose controller; or what holds them, a scenario or a proposed controller.
     rule : AllocationRule
-        How thrusts and tilt are found.
+        How thrusts and tilt are found; or what holds it.
     control_period : float
         Time between two steps, s.
     start_tilt : float or (m,), rad
@@ -132,8 +132,8 @@ class PoseController:
     def __init__(
         self,
         vehicle: VehicleLike,
-        gains: TrackingGains,
-        rule: AllocationRule,
+        gains: GainsLike,
+        rule: RuleLike,
         control_period: float,
         start_tilt: ArrayLike = 0.0,
         start_thrust: FloatArray | None = None,

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.control.capability import capability
-from omnimorph.control.tracking import TrackingGains
+from omnimorph.control.tracking import GainsLike, TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import check_record
+from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
@@ -80,7 +80,7 @@ def check_times(control_period: float, delay: float) -> None:
 
 
 def stability_margins(
-    gains: TrackingGains,
+    gains: GainsLike,
     vehicle: VehicleLike,
     control_period: float = 0.004,
     delay: float = 0.0,
@@ -105,7 +105,7 @@ def stability_margins(
     Parameters
     ----------
     gains : TrackingGains
-        Of the pose controller.
+        Of the pose controller; or what holds them, a scenario or a proposed controller.
     vehicle : Vehicle
         For its rotors' lag τ, and whether it leans.
     control_period, delay : float, s
@@ -133,7 +133,7 @@ def stability_margins(
     [33.4, 25.2]
     """
     vehicle = as_vehicle(vehicle)
-    check_record("the loop", "gains", gains, TrackingGains)
+    gains = record_of("the loop", "gains", gains, TrackingGains)
     check_times(control_period, delay)
     tau, late = rotor_lag(vehicle), delay + control_period / 2.0
     stiffness = np.concatenate([gains.axes("position"), gains.axes("attitude")])

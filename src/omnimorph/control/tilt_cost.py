@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.allocators import RuleLike
 from omnimorph.control.controller import core_settings
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
@@ -20,7 +20,7 @@ _ANY_PERIOD = 1.0  # s; the cost knows neither how far the tilt may move nor the
 
 def cost_over_tilt(
     vehicle: VehicleLike,
-    rule: AllocationRule,
+    rule: RuleLike,
     state: ArrayLike,
     acceleration: ArrayLike,
     previous_thrust: ArrayLike,
@@ -39,7 +39,7 @@ def cost_over_tilt(
     vehicle : Vehicle
         The model, with n rotors and one servo.
     rule : AllocationRule
-        Its weights count, whatever its kind.
+        Its weights count, whatever its kind; or what holds it, such as a scenario.
     state : (S, 18) array
         p_WB (m), R_WB row by row, v_WB (m/s), w_WB_B (rad/s); attitude and body rate are used.
     acceleration : (S, 6) array

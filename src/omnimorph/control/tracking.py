@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.protocols import FloatArray
 
-__all__ = ["TrackingGains"]
+__all__ = ["GainsLike", "TrackingGains"]
 
 Gain = float | tuple[float, ...]
 _ALLOWED = "one number, or three (x, y, z), none negative"
@@ -52,3 +52,16 @@ class TrackingGains(Record):
     def axes(self, name: str) -> FloatArray:
         """Return the gain `name` as (3,) numbers, one for each axis."""
         return np.broadcast_to(np.asarray(getattr(self, name), dtype=np.float64), (3,)).copy()
+
+
+class HoldsGains(Protocol):
+    """What has gains: a scenario, or a proposed controller."""
+
+    @property
+    def gains(self) -> TrackingGains:
+        """Of the pose controller."""
+        ...
+
+
+GainsLike = TrackingGains | HoldsGains
+"""Gains, or what holds them."""

@@ -11,9 +11,9 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import VehicleField, fields_of
 
-__all__ = ["AS_THRUST", "FIELDS", "FILE_KEYS", "OF_VEHICLES", "fields_in", "limits_in_SI"]
+__all__ = ["AS_THRUST", "FIELDS", "FILE_KEYS", "OF_VEHICLES", "fields_in"]
 
-FIELDS: Mapping[str, VehicleField] = {field.name: field for field in fields_of(Vehicle)}
+FIELDS: Mapping[str, VehicleField] = fields_of(Vehicle)
 """Attribute of `Vehicle` -> how it was declared."""
 
 FILE_KEYS: Mapping[str, str] = {name: field.file_key for name, field in FIELDS.items()}
@@ -29,6 +29,7 @@ OF_VEHICLES: Mapping[str, Range] = {
     for field in FIELDS.values()
     if not field.is_direction
     for key, limits in field.ranges.items()
+    if limits
 }
 """Key of a vehicle file -> the range of its numbers, in the unit at its end."""
 
@@ -38,16 +39,5 @@ def fields_in(table: str, *, shared: bool = False) -> list[VehicleField]:
 
     Of a rotor these are those of each alone, or those that all rotors may share.
     """
-    numbers = [field for field in FIELDS.values() if field.is_number_in_files]
+    numbers = [field for field in FIELDS.values() if field.is_number]
     return [field for field in numbers if field.table == table and field.is_shared is shared]
-
-
-def limits_in_SI(attribute: str) -> Range | None:
-    """Return the range, in SI, of an attribute of a vehicle; None if it has none of its own.
-
-    Examples
-    --------
-    >>> limits_in_SI("time_constant_up"), limits_in_SI("rotor_spin")
-    (Range(least=0.0, most=1000.0, or_zero=False), None)
-    """
-    return FIELDS[attribute].limits_in_SI

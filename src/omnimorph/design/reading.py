@@ -116,7 +116,7 @@ def _numbers(field: VehicleField, rows: Sequence[Any]) -> Any:
 def _own(field: VehicleField, value: Any) -> Any:
     """Return what a table gives for a field in SI, the default if it gives nothing."""
     if value is None:
-        return field.filled(field.shape) if field.shape else field.default
+        return field.filled(field.shape) if field.shape else field.left_out
     if field.shape == (3, 3) and np.ndim(value) == 1:
         value = np.diag(value)
     return field.in_SI(np.array(value, dtype=np.float64) if field.shape else value)
@@ -173,7 +173,7 @@ def _rotor_numbers(
             if field.is_required:
                 allowed = "a number, here or in [rotor_defaults]"
                 raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
-            values[field.name] = field.default
+            values[field.name] = field.left_out
             continue
         number = numbers[given_as]
         if given_as != field.key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²

@@ -1,7 +1,7 @@
 """Records whose fields say what they may be, and how they stand in a file.
 
-One declaration serves three doors: Python (the record checks itself), TOML (a pydantic model is
-made from it, with the unit at the end of each key) and provenance (the record written out again)::
+One declaration serves every door: Python (the record checks itself), TOML (a pydantic model is
+made of it, with the unit at the end of each key) and provenance (the record written out again)::
 
     @dataclass(frozen=True, kw_only=True)
     class RotorLag(Record):
@@ -11,25 +11,158 @@ made from it, with the unit at the end of each key) and provenance (the record w
 
     RotorLag(up=0.020)                       # SI in Python
     {"kind": "rotor-lag", "up_ms": 20.0}     # its unit in files
+
+`Vehicle` declares its fields in the same way, with `omnimorph.design.vehicle_fields`, and so does
+whatever else has arrays: of fields with a `shape` the class itself makes arrays, and checks them.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import functools
-import operator
 import typing
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
-from omnimorph.design.ranges import Range
+from omnimorph.design.ranges import UNIT_VECTOR, Range
 from omnimorph.errors import ScenarioError
 from omnimorph.units import from_SI, to_SI
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-__all__ = ["Record", "check_record", "choice", "depths", "file_model", "quantity"]
+Kind = TypeVar("Kind")
+
+__all__ = [
+    "Declaration",
+    "Record",
+    "check_record",
+    "choice",
+    "declared",
+    "depths",
+    "field_of",
+    "quantity",
+    "record_of",
+    "values_of",
+]
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Declaration:
+    """What is declared of one field of a record.
+
+    Attributes
+    ----------
+    name : str
+        The attribute.
+    unit : str
+        A key of `omnimorph.units.UNITS`, the end of the field's key in files; "" for none.
+    limits : Range or None
+        Of each number, in that unit; None for what is no number.
+    values : sequence
+        All it may be, where that is one of a few texts or whole numbers.
+    allowed : str
+        What is allowed, to be read after "it must be"; the range is stated after it.
+    length : int or None
+        How many numbers a sequence must have; 0 for a field that is a single number.
+    shape : tuple of int or None
+        Of an array; None where the annotation says what the field holds.
+    default
+        In SI, what it is if a file leaves it out; `dataclasses.MISSING` if none may.
+    word : str
+        Its name in files without the unit, where it is not the attribute.
+    """
+
+    name: str = ""
+    unit: str = ""
+    limits: Range | None = None
+    values: Sequence[Any] = ()
+    allowed: str = ""
+    length: int | None = None
+    shape: tuple[int, ...] | None = None
+    default: Any = dataclasses.field(default_factory=lambda: MISSING)  # a plain one would be none
+    word: str = ""
+
+    @property
+    def short(self) -> str:
+        """Its name in files, without the unit."""
+        return self.word or self.name
+
+    @property
+    def key(self) -> str:
+        """Its key within its table: ``angle_min_deg``."""
+        return f"{self.short}_{self.unit}" if self.unit else self.short
+
+    @property
+    def is_number(self) -> bool:
+        """Whether files hold it as a number or several within a range."""
+        return self.limits is not None
+
+    @property
+    def is_count(self) -> bool:
+        """Whether it is one of a few whole numbers."""
+        return len(self.values) > 0 and isinstance(self.values[0], int)
+
+    @property
+    def is_direction(self) -> bool:
+        """Whether it is made of unit vectors."""
+        return self.limits is UNIT_VECTOR
+
+    @property
+    def is_required(self) -> bool:
+        """Whether a file must give it."""
+        return self.default is MISSING
+
+    @property
+    def in_python(self) -> Any:
+        """The default of the attribute in Python."""
+        return self.default
+
+    @property
+    def may_be_left_out(self) -> bool:
+        """Whether its table may lack it."""
+        return not self.is_required
+
+    @property
+    def ranges(self) -> dict[str, Range | None]:
+        """Every key by which its table may give it -> the range of its numbers."""
+        return {self.key: self.limits}
+
+    @functools.cached_property
+    def limits_in_SI(self) -> Range | None:
+        """The range of each number in SI; None if it has none."""
+        return self.limits and self.limits.in_SI(self.unit)
+
+    @functools.cached_property
+    def allowed_in_file(self) -> str | None:
+        """What is allowed in a file, to be read after "it must be"; None where anything is."""
+        return f"{self.allowed}, {self.limits}" if self.limits else self.allowed or None
+
+    @functools.cached_property
+    def allowed_in_SI(self) -> str:
+        """The same in Python."""
+        said = f"{self.allowed}, {self.limits_in_SI}" if self.limits else self.allowed
+        return f"{said} in SI" if self.limits and self.unit else said
+
+    def allows(self, value: Any, limits: Range | None) -> bool:
+        """Return whether a value is allowed; `limits` are those in its unit."""
+        if self.values:  # of the same type, because 3.0 == 3 and True == 1
+            return type(value) is type(self.values[0]) and value in self.values
+        if limits is None:
+            return True
+        if not isinstance(value, tuple | list):
+            return value in limits
+        fits = self.length in (None, len(value)) and len(value) > 0
+        return fits and all(_each_in(item, limits) for item in value)
+
+    def in_SI(self, value: Any) -> Any:
+        """Return a number of a file, or rows or an array of them, in SI."""
+        return _convert(value, self.unit, to_SI)
+
+    def as_in_file(self, value: Any) -> Any:
+        """Return numbers in SI as a file would hold them."""
+        return _convert(value, self.unit, from_SI)
 
 
 def quantity(
@@ -37,37 +170,23 @@ def quantity(
     limits: Range,
     allowed: str,
     *,
-    default: Any = dataclasses.MISSING,
-    length: int | None = None,
+    of: type[Declaration] = Declaration,
+    **others: Any,
 ) -> Any:
     """Declare a field that is a number, or several, with a unit in files.
 
     Parameters
     ----------
-    unit : str
-        A key of `omnimorph.units.UNITS`, the end of the field's key in files; "" for none.
-    limits : Range
-        Of each number, in that unit.
-    allowed : str
-        What is allowed, to be read after "it must be"; the range is stated after it.
-    default
-        In SI; a field without one is required.
-    length : int, optional
-        How many numbers a sequence must have; 0 for a field that is a single number.
+    unit, limits, allowed, **others
+        See `Declaration`; a field without a `default` is required.
+    of : class
+        What keeps the declaration.
     """
-    in_SI = limits.in_SI(unit)
-    rule = {
-        "unit": unit,
-        "limits": in_SI,
-        "length": length,
-        "allowed": f"{allowed}, {in_SI}" + (" in SI" if unit else ""),
-        "allowed_in_file": f"{allowed}, {limits}",
-    }
-    return dataclasses.field(default=default, metadata=rule)
+    return field_of(of(unit=unit, limits=limits, allowed=allowed, **others))
 
 
-def choice(values: Sequence[Any], allowed: str) -> Any:
-    """Declare a required field that is one of a few texts or whole numbers, the same in files.
+def choice(values: Sequence[Any], allowed: str, *, default: Any = MISSING) -> Any:
+    """Declare a field that is one of a few texts or whole numbers, the same in files.
 
     Parameters
     ----------
@@ -75,15 +194,69 @@ def choice(values: Sequence[Any], allowed: str) -> Any:
         All it may be, of one type: ``("left", "right")`` or ``range(3, 100, 2)``.
     allowed : str
         The same, to be read after "it must be".
+    default
+        A field without one is required.
     """
-    rule = {"values": values, "unit": "", "allowed": allowed, "allowed_in_file": allowed}
-    return dataclasses.field(metadata=rule)
+    return field_of(Declaration(values=values, allowed=allowed, default=default))
+
+
+def field_of(declaration: Declaration) -> Any:
+    """Return the field of a dataclass with what is declared of it."""
+    metadata = {"declared": declaration}
+    return dataclasses.field(default=declaration.in_python, metadata=metadata)
+
+
+def declared(record: type) -> Mapping[str, Declaration]:
+    """Return what is declared of each field of a class, by its name, in their order.
+
+    A field that was not declared with one of the functions above has neither unit nor range.
+    """
+    return _declared(record)
+
+
+@functools.cache
+def _declared(record: Any) -> Mapping[str, Declaration]:
+    return {
+        field.name: dataclasses.replace(
+            field.metadata.get("declared", Declaration(default=field.default)), name=field.name
+        )
+        for field in dataclasses.fields(record)
+    }
+
+
+def values_of(record: type, content: BaseModel, without: Iterable[str] = ()) -> dict[str, Any]:
+    """Return the values, in SI, of a checked table of a file, by the names of a class's fields.
+
+    What the table leaves out is left out, and the fields named in `without`.
+    """
+    fields = {name: field for name, field in declared(record).items() if name not in without}
+    given = {name: getattr(content, field.key) for name, field in fields.items()}
+    return {
+        name: fields[name].in_SI(_plain(value))
+        for name, value in given.items()
+        if value is not None
+    }
 
 
 def check_record(place: str, name: str, value: object, kind: type) -> None:
     """Refuse an argument that is not a record of a kind; `place` and `name` say which it is."""
     if not isinstance(value, kind):
         raise ScenarioError.at(place, name, value, f"of the kind {kind.__name__}")
+
+
+def record_of(place: str, name: str, value: object, kind: type[Kind]) -> Kind:
+    """Return a record that an argument is, or holds under the argument's name.
+
+    Raises
+    ------
+    ScenarioError
+        If it neither is one nor holds one; `place` and `name` say which argument it is.
+    """
+    record = value if isinstance(value, kind) else getattr(value, name, None)
+    if not isinstance(record, kind):
+        allowed = f"a {kind.__name__}, or a scenario or proposed controller, which hold one"
+        raise ScenarioError.at(place, name, value, allowed)
+    return record
 
 
 class Record:
@@ -103,61 +276,37 @@ class Record:
     kind: ClassVar[str]
 
     def __post_init__(self) -> None:
-        for field in dataclasses.fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
+        for name, field in declared(type(self)).items():
+            value = getattr(self, name)
             if isinstance(value, list | tuple) or hasattr(value, "tolist"):
                 value = _plain(value)
-                object.__setattr__(self, field.name, value)
-            left_out = value is None and field.default is None
-            if field.metadata and not left_out:
-                too_deep = _depth_of(value) > depths(type(self))[field.name]
-                if too_deep or not _is_allowed(value, field.metadata):
-                    raise ScenarioError.at(self.kind, field.name, value, field.metadata["allowed"])
-            if isinstance(field.default, bool | str) and type(value) is not type(field.default):
+                object.__setattr__(self, name, value)
+            if value is None and field.default is None:
+                continue
+            if field.is_number or field.values:
+                too_deep = _depth_of(value) > depths(type(self))[name]
+                if too_deep or not field.allows(value, field.limits_in_SI):
+                    raise ScenarioError.at(self.kind, name, value, field.allowed_in_SI)
+            elif isinstance(field.default, bool | str) and type(value) is not type(field.default):
                 allowed = "true or false" if isinstance(field.default, bool) else "text"
-                raise ScenarioError.at(self.kind, field.name, value, allowed)
+                raise ScenarioError.at(self.kind, name, value, allowed)
 
     @classmethod
-    def from_file(cls, content: BaseModel) -> Self:
-        """Build the record from the content of a file that `file_model` has checked."""
-        values = {}
-        for field in dataclasses.fields(cls):  # type: ignore[arg-type]
-            value = getattr(content, _key(field))
-            if value is not None:
-                values[field.name] = _convert(_plain(value), field.metadata.get("unit", ""), to_SI)
-        return cls(**values)
+    def from_file(cls, content: BaseModel, **parts: Any) -> Self:
+        """Build the record from a checked table of a file, and from `parts` that it lacks.
+
+        The table's model is made by `omnimorph.design.tables.file_model`.
+        """
+        return cls(**values_of(cls, content, parts), **parts)
 
     def as_file(self) -> dict[str, Any]:
         """Return the record as a file would hold it: ``kind``, then the keys with their units."""
         content: dict[str, Any] = {"kind": self.kind}
-        for field in dataclasses.fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
+        for name, field in declared(type(self)).items():
+            value = getattr(self, name)
             if value is not None:
-                content[_key(field)] = _convert(value, field.metadata.get("unit", ""), from_SI)
+                content[field.key] = field.as_in_file(value)
         return content
-
-
-def file_model(record: type[Record], **others: Any) -> type[BaseModel]:
-    """Build the pydantic model of a record as it stands in a file.
-
-    The model has one field for each of the record's, named with its unit, and `others`, fields that
-    stand in the same table; without any, a field ``kind`` distinguishes it from its alternatives.
-    """
-    from pydantic import ConfigDict, Field, create_model
-
-    hints = typing.get_type_hints(record)
-    fields: dict[str, Any] = others or {"kind": (Literal[record.kind], ...)}
-    for field in dataclasses.fields(record):  # type: ignore[arg-type]
-        missing = field.default is dataclasses.MISSING
-        described = Field(
-            ... if missing else None, description=field.metadata.get("allowed_in_file")
-        )
-        annotation = _as_lists(hints[field.name])
-        annotation = annotation if missing else annotation | None
-        fields[_key(field)] = (annotation, described)
-    settings = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
-    checks = _validators(record)
-    return create_model(record.__name__, __config__=settings, __validators__=checks, **fields)
 
 
 def depths(record: type) -> Mapping[str, int]:
@@ -179,52 +328,11 @@ def _depth_of(value: Any) -> int:
     return 1 + max(map(_depth_of, value), default=0) if isinstance(value, tuple) else 0
 
 
-def _as_lists(annotation: Any) -> Any:
-    """Return the annotation with every tuple turned into the list that TOML has instead."""
-    arguments = typing.get_args(annotation)
-    if typing.get_origin(annotation) is tuple:
-        return list[_as_lists(arguments[0])]  # type: ignore[misc]
-    if arguments and typing.get_origin(annotation) is not Literal:
-        return functools.reduce(operator.or_, [_as_lists(argument) for argument in arguments])
-    return annotation
-
-
-def _validators(record: type[Record]) -> dict[str, Any]:
-    from pydantic import field_validator
-
-    validators: dict[str, Any] = {}
-    for field in dataclasses.fields(record):  # type: ignore[arg-type]
-        if field.metadata:
-            check = _checker(dict(field.metadata))
-            validators[f"_check_{field.name}"] = field_validator(_key(field), mode="after")(check)
-    return validators
-
-
-def _checker(rule: Mapping[str, Any]) -> Any:
-    def check(cls: type, value: Any) -> Any:
-        if value is None:
-            return value
-        if not _is_allowed(_convert(_plain(value), rule["unit"], to_SI), rule):
-            raise ValueError(rule["allowed_in_file"])
-        return value
-
-    return check
-
-
-def _key(field: dataclasses.Field[Any]) -> str:
-    unit = field.metadata.get("unit", "")
-    return f"{field.name}_{unit}" if unit else field.name
-
-
-def _is_allowed(value: Any, rule: Mapping[str, Any]) -> bool:
-    if "values" in rule:  # of the same type, because 3.0 == 3 and True == 1
-        return type(value) is type(rule["values"][0]) and value in rule["values"]
-    if isinstance(value, tuple):
-        if rule["length"] is not None and len(value) != rule["length"]:
-            return False
-        scalar = {**rule, "length": None}
-        return len(value) > 0 and all(_is_allowed(item, scalar) for item in value)
-    return value in rule["limits"]
+def _each_in(value: Any, limits: Range) -> bool:
+    """Return whether a value is a number within limits, or rows of them, none of them empty."""
+    if not isinstance(value, tuple | list):
+        return value in limits
+    return len(value) > 0 and all(_each_in(item, limits) for item in value)
 
 
 def _convert(value: Any, unit: str, door: Any) -> Any:

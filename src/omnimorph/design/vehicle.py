@@ -195,7 +195,7 @@ class Vehicle:
         check.line("title", self.title)
         self._settle("servo_name", check.names("servo_name", self.servo_name, MOST_SERVOS))
         n = check.count("rotor_position", self.rotor_position, MOST_ROTORS)
-        for field in fields_of(type(self)):
+        for field in fields_of(type(self)).values():
             if field.shape is not None:
                 self._settle(field.name, self._numbers(check, field, n))
         part = check.part_of_mass("tilt_mechanism_mass", self.tilt_mechanism_mass, self.mass)

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
+import os
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.csv_tables import read_csv_table
+from omnimorph.design.documents import record_or_file
 from omnimorph.design.ranges import Range
 from omnimorph.errors import MISSING, InputError
 from omnimorph.identification.unit_hints import check_ratio
 from omnimorph.protocols import FloatArray
 from omnimorph.units import SPEED_UNITS, from_SI, to_SI, unit_of
 
-__all__ = ["STILL", "BenchData", "column_ranges", "read_bench"]
+__all__ = ["STILL", "BenchData", "BenchLike", "as_bench", "column_ranges", "read_bench"]
 
 _SPEEDS = tuple(f"speed_{unit}" for unit in SPEED_UNITS)
 _COMMANDS = tuple(f"command_{unit}" for unit in SPEED_UNITS)
@@ -103,7 +104,22 @@ class BenchData:
         return array
 
 
-def read_bench(path: str | Path) -> BenchData:
+BenchLike = BenchData | str | os.PathLike[str]
+"""Bench data, or the file of them."""
+
+
+def as_bench(bench: BenchLike) -> BenchData:
+    """Return bench data that may be given as a CSV file.
+
+    Raises
+    ------
+    InputError
+        As `read_bench` does, and if it is anything else.
+    """
+    return record_or_file(bench, BenchData, "bench", read_bench, InputError)
+
+
+def read_bench(path: str | os.PathLike[str]) -> BenchData:
     """Read a run of a thrust bench from a CSV file.
 
     Parameters
@@ -125,7 +141,8 @@ def read_bench(path: str | Path) -> BenchData:
         increase, or two speed columns contradict each other: one sentence, which names the unit
         that was most likely meant.
     """
-    table = read_csv_table(path, partial(_check_columns, str(path)), column_ranges(), InputError)
+    path = os.fsdecode(path)
+    table = read_csv_table(path, partial(_check_columns, path), column_ranges(), InputError)
     columns = dict(zip(table.columns, table.rows.T, strict=True))
     speeds = [name for name in _SPEEDS if name in columns]
     _check_same(str(path), speeds, columns)

@@ -18,7 +18,7 @@ from omnimorph.design.records import Record, quantity
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["PARTS", "Box", "Cylinder", "MassProperties", "Part", "PointMass", "assemble"]
+__all__ = ["PARTS", "Box", "Cylinder", "MassProperties", "Part", "PointMass"]
 
 _MASS = "a positive number of kilograms"
 _PLACE = "three finite numbers [x, y, z] in metres"
@@ -151,44 +151,6 @@ class MassProperties:
         """Whether every principal moment is positive, as a vehicle needs."""
         moments = np.linalg.eigvalsh(self.inertia)
         return bool(moments[0] > 1e-12 * moments[-1])
-
-
-def assemble(parts: Sequence[Part]) -> MassProperties:
-    """Return mass, centre of mass and inertia of parts that are fixed to one another.
-
-    Parameters
-    ----------
-    parts : sequence of Box, Cylinder or PointMass
-        At least one, all placed in the same axes.
-
-    Returns
-    -------
-    MassProperties
-        ``Σ R J_P Rᵀ + m (|p|² 1 − p pᵀ)``, p from the common centre of mass.
-
-    Raises
-    ------
-    InputError
-        If there is no part.
-
-    Examples
-    --------
-    A dumbbell: two masses of 1 kg, 2 m apart, which has no inertia about its own line.
-
-    >>> ends = [PointMass(mass=1.0, position=(x, 0.0, 0.0)) for x in (0.0, 2.0)]
-    >>> body = assemble(ends)
-    >>> body.mass, body.centre.tolist(), body.inertia.diagonal().tolist(), body.is_solid
-    (2.0, [1.0, 0.0, 0.0], [0.0, 2.0, 2.0], False)
-    """
-    if not parts:
-        raise InputError("there are no parts, but there must be one or more.")
-    masses = np.array([part.mass for part in parts])
-    positions = np.array([part.position for part in parts])
-    inertia = np.zeros((3, 3))
-    centre = masses @ positions / masses.sum()
-    for part, p in zip(parts, positions - centre, strict=True):
-        inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
-    return MassProperties(mass=float(masses.sum()), centre=centre, inertia=inertia)
 
 
 def _turned(inertia: FloatArray, orientation: Sequence[float]) -> FloatArray:

@@ -20,7 +20,6 @@ from typing import Annotated, Any, Literal
 
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.input_files import read_text
-from omnimorph.design.records import file_model
 from omnimorph.errors import InputError
 from omnimorph.identification.inertia import PARTS, Part
 
@@ -62,6 +61,8 @@ def load_parts(path: str | os.PathLike[str]) -> list[Part]:
 @cache
 def _file_model() -> Any:
     from pydantic import ConfigDict, Field, create_model
+
+    from omnimorph.design.tables import file_model
 
     text = (str | None, Field(default=None, description="text"))
     tables = []

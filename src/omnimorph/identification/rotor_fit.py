@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from omnimorph.design.keys import limits_in_SI
+from omnimorph.design.keys import FIELDS
 from omnimorph.errors import InputError
-from omnimorph.identification.bench_data import STILL, BenchData
+from omnimorph.identification.bench_data import STILL, BenchData, BenchLike, as_bench
 from omnimorph.identification.coefficients import CoefficientFit, Estimate, fit_coefficient
 from omnimorph.identification.fit_warnings import fit_warnings
 from omnimorph.identification.time_constants import StepFit, combined, fit_steps
@@ -79,7 +79,7 @@ class RotorFit:
 
 
 def fit_rotor(
-    bench: BenchData,
+    bench: BenchLike,
     *,
     expected_thrust_coefficient: float | None = None,
     expected_drag_coefficient: float | None = None,
@@ -88,8 +88,9 @@ def fit_rotor(
 
     Parameters
     ----------
-    bench : BenchData
-        At least 8 rows that turn, of which the fastest turns 1.2 times as fast as the slowest.
+    bench : BenchData, str or path
+        At least 8 rows that turn, of which the fastest turns 1.2 times as fast as the slowest; or
+        the CSV file of them, see `read_bench`.
     expected_thrust_coefficient : float, N s²/rad², optional
         Of a rotor of about the same size: a wrong unit is then recognised by its factor.
     expected_drag_coefficient : float, N m s²/rad², optional
@@ -125,6 +126,7 @@ def fit_rotor(
     noise makes the coefficients too small by about its relative variance. While a rotor speeds up,
     a bench that feels the motor's torque also feels its inertia; hold each speed for a while.
     """
+    bench = as_bench(bench)
     sides = _sides(bench)
     square = bench.speed * np.abs(bench.speed)
     thrust = fit_coefficient(square, bench.force, sides)
@@ -234,7 +236,7 @@ def _check_fit(bench: BenchData, name: str, fit: CoefficientFit) -> None:
 def _check_size(bench: BenchData, name: str, fit: CoefficientFit) -> None:
     """Refuse a coefficient that a vehicle file does not take: a column is in another unit."""
     attribute = {"force": "thrust_coefficient", "torque": "drag_coefficient"}[name]
-    limits = limits_in_SI(attribute)
+    limits = FIELDS[attribute].limits_in_SI
     for way in (fit.both, fit.forward, fit.reverse):
         if way is not None and limits is not None and way.value not in limits:
             key = f"the coefficient of {name} over squared speed"

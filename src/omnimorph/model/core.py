@@ -44,7 +44,7 @@ def core_fields(vehicle: Vehicle) -> dict[str, Any]:
     """
     fields = {
         field.short: getattr(vehicle, field.name)
-        for field in fields_of(type(vehicle))
+        for field in fields_of(type(vehicle)).values()
         if field.in_core
     }
     z0, zC, zS = vehicle.thrust_axis_parts

@@ -10,6 +10,7 @@ held, at rest.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -19,13 +20,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.design.csv_tables import read_csv_table
+from omnimorph.design.input_files import is_file
 from omnimorph.design.ranges import UNIT_VECTOR
 from omnimorph.errors import MISSING, ScenarioError
-from omnimorph.protocols import Desired, FloatArray
+from omnimorph.protocols import Desired, FloatArray, Reference
 from omnimorph.reference import rows
 from omnimorph.reference.ranges import APART, MOST_POSES, POSITIONS, TIMES
 
-__all__ = ["SampledReference"]
+__all__ = ["ReferenceLike", "SampledReference", "as_reference"]
+
+ReferenceLike = Reference | str | os.PathLike[str]
+"""A reference, or a CSV file of poses."""
 
 POSE_COLUMNS = ("time_s", "x_m", "y_m", "z_m")
 QUATERNION_COLUMNS = ("qw", "qx", "qy", "qz")
@@ -221,6 +226,22 @@ def _check_attitudes(q: FloatArray, source: str, places: Sequence[str]) -> None:
             value=value,
             allowed="at most 170°",
         )
+
+
+def as_reference(place: str, reference: ReferenceLike) -> Reference:
+    """Return a reference that may be given as a CSV file of poses.
+
+    Raises
+    ------
+    ScenarioError
+        If it is neither; `place` says where it was given.
+    """
+    if isinstance(reference, str | os.PathLike) and is_file(reference):
+        return SampledReference.from_csv(os.fsdecode(reference))
+    if not (callable(reference) and hasattr(reference, "duration")):
+        allowed = "a reference, which has a duration and is called with a time, or a CSV file"
+        raise ScenarioError.at(place, "reference", reference, allowed)
+    return reference
 
 
 def _read_csv(path: str | Path) -> tuple[FloatArray, list[str]]:

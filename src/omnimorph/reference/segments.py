@@ -22,7 +22,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from omnimorph.design.ranges import Range
+from omnimorph.design.ranges import UNIT_VECTOR, Range
+from omnimorph.design.records import quantity
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import Desired, FloatArray
 from omnimorph.reference import rows
@@ -63,10 +64,16 @@ class Segment:
     >>> flip = Segment(18.0, rotation_axis_W=(1.0, 0.0, 0.0), rotation_angle=2.0 * np.pi)
     """
 
-    duration: float
-    move_W: FloatArray
-    rotation_axis_W: FloatArray
-    rotation_angle: float
+    duration: float = quantity("s", DURATIONS, "a positive number of seconds", shape=())
+    move_W: FloatArray = quantity(
+        "m", MOVES, "three numbers of metres", shape=(3,), default=(0.0, 0.0, 0.0), word="move"
+    )
+    rotation_axis_W: FloatArray = quantity(
+        "", UNIT_VECTOR, "a unit vector", shape=(3,), default=(0.0, 0.0, 1.0)
+    )
+    rotation_angle: float = quantity(
+        "deg", ANGLES_DEG, "a number of degrees", shape=(), default=0.0
+    )
 
     def __init__(
         self,

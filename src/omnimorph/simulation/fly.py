@@ -18,7 +18,7 @@ from omnimorph.simulation.parts import (
     SensorsLike,
     with_parts,
 )
-from omnimorph.simulation.scenario import ScenarioLike
+from omnimorph.simulation.scenario_files import ScenarioLike
 from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["fly", "measurement_noise"]

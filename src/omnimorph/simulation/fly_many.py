@@ -31,7 +31,8 @@ from omnimorph.simulation.parts import (
     with_parts,
 )
 from omnimorph.simulation.recording import OUTCOMES, FlownRows, as_run, bytes_of_flights
-from omnimorph.simulation.scenario import Scenario, ScenarioLike
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 from omnimorph.simulation.whole_number import whole_number
 

@@ -32,7 +32,8 @@ from omnimorph.simulation.core_settings import core_settings_of, physics_steps
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.own_parts import PartFailed
 from omnimorph.simulation.recording import OUTCOMES, FlownRows, Logs, as_run, bytes_of_flights
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 from omnimorph.simulation.stages import NO_PUSH, Stages, six_numbers, steps_of
 from omnimorph.simulation.whole_number import whole_number
 

@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Self
 
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import (
@@ -80,6 +80,25 @@ class PythonObject:
     object: str
     options: Mapping[str, Any] = field(default_factory=dict)
     folder: str = ""
+
+    def checked(self, place: str, key: str, allow_code: bool) -> Self:
+        """Return this, if it may run and is there; `place` and `key` say who names it.
+
+        Raises
+        ------
+        ScenarioError
+            If nobody has allowed code that files and texts name, and as `found`.
+        """
+        if not allow_code:
+            raise ScenarioError(
+                f"{place}: {key} {self.object} is code, which runs only if it is allowed: by "
+                "--allow-code on the command line, by allow_code=True in Python.",
+                file=place,
+                key=key,
+                value=self.object,
+            )
+        self.found(place, key)
+        return self
 
     def found(self, place: str = "the scenario", key: str = "object") -> Any:
         """Import the module and return the object.
@@ -188,7 +207,7 @@ class OwnParts:
             if name == "plant":
                 check_plant(part, _AT_FIRST)
             elif not callable(part):
-                allowed = "an object that can be called, see omnimorph.protocols"
+                allowed = f"a record, name or file for the {name}, or an object that can be called"
                 raise ScenarioError.at("fly", name, part, allowed)
         if self.controller is not None and self.allocator is not None:
             raise ScenarioError(
@@ -214,7 +233,8 @@ def check_plant(plant: Any, names: Sequence[str] = _AFTER_RESET) -> None:
     """Refuse a plant that lacks what its protocol says; some may come with its first `reset`."""
     missing = [one for one in names if not hasattr(plant, one)]
     if missing:
-        allowed = f"a plant of omnimorph.protocols, which has {', '.join(missing)}"
+        lacking = ", ".join(missing)
+        allowed = f"a PlantModel, the name or file of one, or an object that has {lacking}"
         raise ScenarioError.at("fly", "plant", plant, allowed)
 
 

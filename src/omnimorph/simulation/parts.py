@@ -6,7 +6,7 @@ part           name or file                             record
 plant          a plant                                  `PlantModel`
 sensors        a plant, whose sensors are taken         sensors of `omnimorph.effects`
 estimator      a plant, whose estimator is taken        an estimator of `omnimorph.effects`
-controller     a scenario, whose controller is taken    `TrackingGains`, or `Scenario` for all
+controller     a scenario, whose controller is taken    `TrackingGains`
 allocator      a kind of rule, with the scenario's      `AllocationRule`
                weights, or a scenario, whose rule is
                taken
@@ -15,8 +15,9 @@ reference      a scenario, whose reference is taken,    `SegmentReference` and t
 disturbance    a plant, whose forces act as well        forces of `omnimorph.effects`
 =============  =======================================  =========================================
 
-A text with a colon, ``my_module:MyController``, names an object of one's own, and anything else
-is one: see `omnimorph.protocols`.
+A `Scenario` may stand for its controller, its allocator or its reference. A text with a colon,
+``my_module:MyController``, names an object of one's own, and anything else is one: see
+`omnimorph.protocols`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,6 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from dataclasses import MISSING, fields, replace
-from pathlib import Path
 from typing import Any
 
 from omnimorph.control.allocators import AllocationRule
@@ -40,11 +40,12 @@ from omnimorph.protocols import (
     Reference,
     Sensors,
 )
-from omnimorph.reference.samples import SampledReference
+from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.effects import Effect
 from omnimorph.simulation.own_parts import PythonObject
 from omnimorph.simulation.plant import PlantModel, as_plant
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 
 __all__ = [
     "AllocatorLike",
@@ -54,7 +55,6 @@ __all__ = [
     "EstimatorLike",
     "ReferenceLike",
     "SensorsLike",
-    "refused_code",
     "with_parts",
 ]
 
@@ -64,8 +64,8 @@ AnyPlant = Path_ | PlantModel | PythonObject | Plant
 SensorsLike = Path_ | Effects | PythonObject | Sensors
 EstimatorLike = Path_ | Effects | PythonObject | Estimator
 ControllerLike = Path_ | TrackingGains | Scenario | PythonObject | Controller
-AllocatorLike = Path_ | AllocationRule | PythonObject | Allocator
-ReferenceLike = Path_ | PythonObject | Reference
+AllocatorLike = Path_ | AllocationRule | Scenario | PythonObject | Allocator
+ReferenceLike = Path_ | Scenario | PythonObject | Reference
 DisturbanceLike = Path_ | Effects | PythonObject | Disturbance
 
 
@@ -112,7 +112,7 @@ def with_parts(
             scenario = _with_controller(scenario, part)
     if allocator is not None:
         part = _resolved("allocator", allocator, allow_code)
-        is_own = _is_own(part, AllocationRule)
+        is_own = _is_own(part, AllocationRule, Scenario)
         if controller is None:
             own = replace(own, controller=None)
         own = replace(own, allocator=part if is_own else None)
@@ -134,22 +134,7 @@ def _resolved(name: str, part: Any, allow_code: bool) -> Any:
     """Return what was given for a part; a text that names an object of one's own becomes one."""
     if isinstance(part, str) and ":" in part and not os.path.exists(part):
         part = PythonObject(part, folder=os.getcwd())
-    if isinstance(part, PythonObject):
-        if not allow_code:
-            raise refused_code("the call", name, part)
-        part.found("the call", name)
-    return part
-
-
-def refused_code(place: str, key: str, part: PythonObject) -> ScenarioError:
-    """Build the refusal of code that a file or a text names, while nobody has allowed it."""
-    return ScenarioError(
-        f"{place}: {key} {part.object} is code, which runs only if it is allowed: by --allow-code "
-        "on the command line, by allow_code=True in Python.",
-        file=place,
-        key=key,
-        value=part.object,
-    )
+    return part.checked("the call", name, allow_code) if isinstance(part, PythonObject) else part
 
 
 def _is_own(part: object, *records: type) -> bool:
@@ -190,7 +175,7 @@ def _rule(scenario: Scenario, part: Any) -> AllocationRule:
     """Return a rule: as it is, by its kind with the scenario's weights, or another scenario's."""
     if isinstance(part, AllocationRule):
         return part
-    rule = {rule.kind: rule for rule in RULES}.get(part)
+    rule = {rule.kind: rule for rule in RULES}.get(part) if isinstance(part, str) else None
     if rule is None:
         return as_scenario(part).allocator
     old = scenario.allocator
@@ -205,9 +190,9 @@ def _rule(scenario: Scenario, part: Any) -> AllocationRule:
 def _reference(part: Any) -> Reference:
     """Return a reference: as it is, that of a scenario, or the poses of a CSV file."""
     if isinstance(part, PythonObject):
-        reference: Reference = part.built()
-        return reference
-    if isinstance(part, str | os.PathLike):
-        is_table = Path(part).suffix.lower() == ".csv"
-        return SampledReference.from_csv(Path(part)) if is_table else as_scenario(part).reference
-    return part  # type: ignore[no-any-return]
+        part = part.built()
+    elif isinstance(part, Scenario):
+        part = part.reference
+    elif isinstance(part, str | os.PathLike) and not os.fspath(part).endswith(".csv"):
+        part = as_scenario(part).reference
+    return as_reference("fly", part)

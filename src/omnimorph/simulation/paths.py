@@ -30,14 +30,15 @@ from numpy.typing import ArrayLike
 
 from omnimorph.arrays import as_numbers
 from omnimorph.design.keys import FIELDS
-from omnimorph.design.records import Record, depths
+from omnimorph.design.records import Declaration, Record, declared, depths
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError, legible
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import EFFECTS, Effect
 from omnimorph.simulation.effects.truth import TrueValues
 from omnimorph.simulation.plant import PlantModel
-from omnimorph.simulation.scenario import Scenario, ScenarioLike, as_scenario
+from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 
 __all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
 
@@ -189,6 +190,7 @@ def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenari
         raise ScenarioError.at(f"scenario {scenario.name}", "values", values, allowed)
     # A controller that was proposed is so no longer once that changes for which it was.
     another = any(str(path).startswith(("controller.", *_PROPOSED_FOR)) for path in values)
+    proposed = scenario.proposed and not another
     parts = _parts(scenario)
     changes: dict[str, dict[str, Any]] = {name: {} for name in parts}
     known_truth = [one for one in scenario.plant.effects if isinstance(one, TrueValues)]
@@ -213,7 +215,8 @@ def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenari
         plant=dataclasses.replace(new["plant"], effects=tuple(effects)),
         gains=new["controller"],
         allocator=new["controller.allocator"],
-        proposed=scenario.proposed and not another,
+        proposed=proposed,
+        overrides=scenario.overrides if proposed else {},
         **{name: number.tolist() for name, number in changes[""].items()},
     )
 
@@ -250,25 +253,18 @@ def _effects(plant: PlantModel) -> Iterator[tuple[str, Effect]]:
             yield f"plant.{effect.kind}{which}", effect
 
 
-def _rules(part: Any) -> dict[str, Any]:
+def _rules(part: Any) -> dict[str, Declaration]:
     """Return the fields of a part that hold numbers, with what is declared of them."""
     kind: Any = type(part)
     return _rules_of(kind)
 
 
 @functools.cache
-def _rules_of(kind: Any) -> dict[str, Any]:
-    if issubclass(kind, Vehicle):
-        return {name: field for name, field in FIELDS.items() if field.is_number_in_files}
-    fields = dataclasses.fields(kind)
-    if issubclass(kind, Record):
-        texts = {field.name for field in fields if isinstance(_choices(field.metadata)[0], str)}
-        return {f.name: f.metadata for f in fields if f.metadata and f.name not in texts}
-    return {field.name: {} for field in fields if isinstance(field.default, float)}
-
-
-def _choices(rule: Mapping[str, Any]) -> Any:
-    return rule.get("values", (None,))
+def _rules_of(kind: Any) -> dict[str, Declaration]:
+    fields = declared(kind).items()
+    if issubclass(kind, Vehicle | Record):
+        return {name: field for name, field in fields if field.is_number or field.is_count}
+    return {name: field for name, field in fields if isinstance(field.default, float)}
 
 
 def _known(parts: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
@@ -335,7 +331,7 @@ def _whole(part: Any, field: str, vehicle: Vehicle) -> FloatArray:
     numbers = as_numbers(getattr(part, field))
     is_one = numbers.ndim == 0 and np.isfinite(numbers)
     if isinstance(part, Record) and is_one and depths(type(part))[field] > 0:  # of several
-        return np.full(_rules(part)[field]["length"] or vehicle.n_rotors, float(numbers))
+        return np.full(_rules(part)[field].length or vehicle.n_rotors, float(numbers))
     return numbers
 
 
@@ -371,6 +367,6 @@ def _with(part: Any, changes: Mapping[str, FloatArray]) -> Any:
         return part.replace(**changes) if changes else part
     rules, values = _rules(part), {name: number.tolist() for name, number in changes.items()}
     for name, value in values.items():
-        if isinstance(_choices(rules[name])[0], int) and isinstance(value, float):
+        if rules[name].is_count and isinstance(value, float):
             values[name] = int(value) if value.is_integer() else value
     return dataclasses.replace(part, **values) if changes else part

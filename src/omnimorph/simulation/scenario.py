@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,20 +13,19 @@ import numpy as np
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import AllocationRule
 from omnimorph.control.controller import core_settings
-from omnimorph.control.gains import propose_controller
 from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
-from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import check_record
+from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
-from omnimorph.simulation.effects import CommandDelay
+from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.own_parts import OwnParts, described
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
+from omnimorph.simulation.proposed import overridden, overrides_as_file, proposed_controller
 
 if TYPE_CHECKING:
     from omnimorph.control.controller import PoseController
@@ -35,9 +34,6 @@ __all__ = [
     "LOST_BEYOND",
     "TILTS_DEG",
     "Scenario",
-    "ScenarioLike",
-    "as_scenario",
-    "proposed_controller",
 ]
 
 LOST_BEYOND = Range(1e-6, 1e9)
@@ -71,6 +67,10 @@ class Scenario:
     proposed : bool
         Whether gains and allocator are those that `propose_controller` gives for the vehicle, the
         plant's control period and its command delay, so that `for_vehicle` proposes new ones.
+    overrides : mapping
+        Of what is proposed: values given in its place, in SI, by the names of the gains; those of
+        the allocator stand in a mapping ``allocator``, which may also be a whole rule. They are in
+        `gains` and `allocator` too, and stay with another vehicle.
     lost_beyond : float, m
         The flight ends as lost this far from the reference.
     own : OwnParts
@@ -87,18 +87,20 @@ class Scenario:
     start_tilt: float | FloatArray = 0.0
     attitude_gives_way: bool = False
     proposed: bool = False
+    overrides: Mapping[str, Any] = field(default_factory=dict)
     lost_beyond: float = 2.0
     own: OwnParts = field(default_factory=OwnParts)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
         object.__setattr__(self, "plant", as_plant(self.plant))
-        check_record(self.name, "gains", self.gains, TrackingGains)
-        check_record(self.name, "allocator", self.allocator, AllocationRule)
-        check_record(self.name, "own", self.own, OwnParts)
-        if not (callable(self.reference) and hasattr(self.reference, "duration")):
-            allowed = "a reference: it has a duration and is called with a time"
-            raise ScenarioError.at(self.name, "reference", self.reference, allowed)
+        for part, kind in (("gains", TrackingGains), ("allocator", AllocationRule)):
+            record = record_of(self.name, part, getattr(self, part), kind)
+            object.__setattr__(self, part, record)
+        if not isinstance(self.own, OwnParts):
+            raise ScenarioError.at(self.name, "own", self.own, "of the kind OwnParts")
+        object.__setattr__(self, "reference", as_reference(self.name, self.reference))
+        self._check_overrides()
         if self.lost_beyond not in LOST_BEYOND:
             allowed = f"a positive number of metres, {LOST_BEYOND}"
             raise ScenarioError.at(self.name, "lost_beyond_m", self.lost_beyond, allowed)
@@ -116,6 +118,16 @@ class Scenario:
         # What does not fit the vehicle is refused here, with the name of its file, not in flight.
         self.plant.core_fields(vehicle)
         core_settings(vehicle, self.gains, self.allocator, self.plant.control_period)
+
+    def _check_overrides(self) -> None:
+        """Refuse overrides of nothing, and those that gains and allocator do not hold."""
+        controller = self.gains, self.allocator
+        if overridden(self.name, controller, self.overrides) != controller:
+            allowed = "values that gains and allocator have too"
+            raise ScenarioError.at(self.name, "overrides", self.overrides, allowed)
+        if self.overrides and not self.proposed:
+            allowed = "left out, as the controller is not proposed"
+            raise ScenarioError.at(self.name, "overrides", self.overrides, allowed)
 
     @property
     def tilt(self) -> FloatArray:
@@ -161,7 +173,9 @@ class Scenario:
             common = np.full(vehicle.n_servos, tilt.flat[0] if tilt.size else 0.0)
             tilt = common.clip(vehicle.servo_angle_min, vehicle.servo_angle_max)
         if self.proposed:
-            gains, allocator = proposed_controller(vehicle, self.plant, tilt)
+            controller = proposed_controller(vehicle, self.plant, tilt)
+            place = f"scenario {self.name} with vehicle {vehicle.name}"
+            gains, allocator = overridden(place, controller, self.overrides)
         else:
             gains, allocator = self.gains, self.allocator
             check_it_can_fly(vehicle)
@@ -176,7 +190,7 @@ class Scenario:
                 start_tilt=tilt,
             )
         except ScenarioError as refused:
-            if refused.key != "controller.allocator":
+            if refused.key != "controller.allocator" or self.proposed:
                 raise
             raise self._other_controller_needed(refused) from None
 
@@ -209,6 +223,7 @@ class Scenario:
     def as_file(self) -> dict[str, Any]:
         """Return everything that is flown, much as a file would hold it."""
         plant = self.plant.as_file()
+        overrides = overrides_as_file(self.gains, self.allocator, self.overrides)
         plant["effects"] = [effect.as_file() for effect in self.plant.effects]
         own = {name: described(part) for name, part in self.own.given().items()}
         allocator = own.pop("allocator", None) or self.allocator.as_file()
@@ -217,6 +232,7 @@ class Scenario:
             | {"allocator": allocator}
             | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
             | ({"proposed": True} if self.proposed else {})
+            | ({"overrides": overrides} if overrides else {})
         )
         if "plant" in own:
             own["engine"] = own.pop("plant")
@@ -231,36 +247,3 @@ class Scenario:
             "lost_beyond_m": self.lost_beyond,
             **own,
         }
-
-
-ScenarioLike = Scenario | str | os.PathLike[str]
-"""A scenario, or the name or file of one."""
-
-
-def as_scenario(scenario: ScenarioLike, *, allow_code: bool = False) -> Scenario:
-    """Return a scenario that may be given as a name of the catalogue or as a file.
-
-    Code that a file names runs only if it is allowed.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_scenario` does, and if it is anything else.
-    """
-    load = partial(_load, allow_code=allow_code)
-    return record_or_file(scenario, Scenario, "scenario", load, ScenarioError)
-
-
-def _load(name_or_path: str | os.PathLike[str], allow_code: bool) -> Scenario:
-    from omnimorph.simulation.scenario_files import load_scenario  # which imports this file
-
-    return load_scenario(name_or_path, allow_code=allow_code)
-
-
-def proposed_controller(
-    vehicle: Vehicle, plant: PlantModel, start_tilt: float | FloatArray
-) -> tuple[TrackingGains, AllocationRule]:
-    """Return what is proposed for a vehicle at a plant's control period and command delay."""
-    delay = sum(effect.time for effect in plant.effects if isinstance(effect, CommandDelay))
-    proposal = propose_controller(vehicle, plant.control_period, delay, start_tilt)
-    return proposal.gains, proposal.allocator

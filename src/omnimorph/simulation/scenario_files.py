@@ -1,4 +1,4 @@
-"""Scenario and plant files: from TOML with units in its key names to a `Scenario`.
+"""Scenario files: from TOML with units in its key names to a `Scenario`.
 
 ::
 
@@ -19,21 +19,31 @@
     [[reference.segment]]
     duration_s = 3.0
     move_m = [0.0, 0.0, 0.8]
+
+A part of the loop may be one's own (`omnimorph.simulation.own_parts`), which runs only if it is
+allowed: the controller, its allocator, the reference, and tables of their own for the estimator,
+the sensors and a disturbance::
+
+    [estimator]
+    kind = "python"
+    object = "my_module:MyEstimator" # a class is built with the scenario and the options
+    [estimator.options]
+    gain = 0.3
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from functools import partial
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.allocators import AllocationRule, FixedTilt
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -41,39 +51,44 @@ from omnimorph.design.documents import (
     check_document,
     find_document,
     parse_toml,
+    record_or_file,
 )
 from omnimorph.design.files import load_vehicle
-from omnimorph.design.input_files import is_file
-from omnimorph.design.records import file_model
+from omnimorph.design.records import declared, values_of
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import MISSING, InputError, ScenarioError
+from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import Segment, SegmentReference, segments_from_waypoints
-from omnimorph.simulation import scenario_schema as schema
-from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant import PlantModel
-from omnimorph.simulation.scenario import Scenario, proposed_controller
+from omnimorph.simulation.own_parts import OwnParts, PythonObject
+from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
+from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
+from omnimorph.simulation.scenario import Scenario
 from omnimorph.units import to_SI
 
-__all__ = ["list_plants", "list_scenarios", "load_plant", "load_scenario"]
+__all__ = [
+    "ScenarioLike",
+    "as_scenario",
+    "list_plants",
+    "list_scenarios",
+    "load_plant",
+    "load_scenario",
+]
+
+ScenarioLike = Scenario | str | os.PathLike[str]
+"""A scenario, or the name or file of one."""
 
 Document = dict[str, Any]
-Built = TypeVar("Built")
 _RULES = {rule.kind: rule for rule in RULES}
-_EFFECTS = {effect.kind: effect for effect in EFFECTS}
 _MOST_BASES = 8
+_NONE = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
+"""The rule of a scenario whose controller or allocator is one's own: it is never asked."""
 
 
 def list_scenarios() -> list[str]:
     """Return the names of the scenarios that come with the package, sorted."""
-    return catalogue_names(_folder("scenarios"))
-
-
-def list_plants() -> list[str]:
-    """Return the names of the plants that come with the package, sorted."""
-    return catalogue_names(_folder("plants"))
+    return catalogue_names(_catalogue())
 
 
 def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = False) -> Scenario:
@@ -102,23 +117,33 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
     >>> load_scenario("paper-case-a").reference.duration
     45.0
     """
+    from omnimorph.simulation.scenario_schema import ScenarioFile
+
     document, file = _with_bases(name_or_path, [])
-    _check_told_once(document, file)
-    content = check_document(schema.ScenarioFile, document, file, ScenarioError)
+    content = check_document(ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
-    vehicle = _named(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
+    vehicle = built_of(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
     if isinstance(content.plant, str):
         beside = _beside(content.plant, folder)
-        plant = _named(file, lambda: load_plant(beside))
+        plant = built_of(file, lambda: load_plant(beside))
     else:
-        plant = _named(file, lambda: _plant_from(content.plant, "own"))
-    _named(file, lambda: check_it_can_fly(vehicle))
+        plant = built_of(file, lambda: plant_of_table(content.plant, "own"))
+    built_of(file, lambda: check_it_can_fly(vehicle))
     start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
-    controller = content.controller
-    gains, allocator = _named(
-        file, lambda: _controller_from(controller, vehicle, plant, start_tilt)
-    )
-    return _named(
+    own = _own_parts(content, file, folder, allow_code)
+    controller: Any = content.controller
+    overrides: dict[str, Any] = {}
+    gains: TrackingGains = TrackingGains()
+    allocator: AllocationRule = _NONE
+    if "controller" not in own and controller.proposed:
+        proposed = built_of(file, lambda: proposed_controller(vehicle, plant, start_tilt))
+        overrides = _overrides(controller, document["controller"], proposed, file)
+        gains, allocator = overridden(file, proposed, overrides)
+    elif "controller" not in own:
+        gains = TrackingGains.from_file(controller)
+        if "allocator" not in own:
+            allocator = _RULES[controller.allocator.kind].from_file(controller.allocator)
+    return built_of(
         file,
         lambda: Scenario(
             name=content.name,
@@ -127,37 +152,38 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
             plant=plant,
             gains=gains,
             allocator=allocator,
-            reference=_reference_from(content.reference, folder),
+            reference=_reference_from(content.reference, file, folder, allow_code),
             start_tilt=start_tilt,
-            attitude_gives_way=controller.attitude_gives_way,
-            proposed=controller.proposed,
+            attitude_gives_way=getattr(controller, "attitude_gives_way", False),
+            proposed=getattr(controller, "proposed", False),
+            overrides=overrides,
             lost_beyond=content.lost_beyond_m,
+            own=OwnParts(**own),
         ),
     )
 
 
-def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
-    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file.
+def as_scenario(scenario: ScenarioLike, *, allow_code: bool = False) -> Scenario:
+    """Return a scenario that may be given as a name of the catalogue or as a file.
+
+    Code that a file names runs only if it is allowed.
 
     Raises
     ------
     ScenarioError
-        As `load_scenario` does.
+        As `omnimorph.load_scenario` does, and if it is anything else.
     """
-    file, text = find_document(name_or_path, _folder("plants"), "plant", ScenarioError)
-    document = parse_toml(text, file, ScenarioError)
-    _check_told_once(document, file)
-    content = check_document(schema.PlantFile, document, file, ScenarioError)
-    return _named(file, lambda: _plant_from(content.plant, content.name))
+    load = partial(load_scenario, allow_code=allow_code)
+    return record_or_file(scenario, Scenario, "scenario", load, ScenarioError)
 
 
-def _folder(name: str) -> Traversable:
-    return resources.files("omnimorph.simulation") / name
+def _catalogue() -> Traversable:
+    return resources.files("omnimorph.simulation") / "scenarios"
 
 
 def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple[Document, str]:
     """Return a scenario's document laid over those it is based on, and its file."""
-    file, text = find_document(name_or_path, _folder("scenarios"), "scenario", ScenarioError)
+    file, text = find_document(name_or_path, _catalogue(), "scenario", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     base = document.pop("base", None)
     if base is None:
@@ -168,7 +194,7 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
         raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
     below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
     below = _seen_from_above(below, Path(base).parent)
-    if _is_proposed(document):
+    if _is_proposed(document) and not _is_proposed(below):
         # The base's gains and allocator would not be flown.
         kept = ("proposed", "attitude_gives_way")
         controller = below.get("controller")
@@ -185,9 +211,21 @@ def _seen_from_above(document: Document, folder: Path) -> Document:
     for key in ("vehicle", "plant"):
         if isinstance(moved.get(key), str):
             moved[key] = _beside(moved[key], folder)
-    reference = moved.get("reference")
-    if isinstance(reference, dict) and isinstance(reference.get("file"), str):
-        moved["reference"] = reference | {"file": str(folder / reference["file"])}
+    for key in ("reference", "controller", "sensors", "estimator", "disturbance"):
+        if isinstance(moved.get(key), dict):
+            moved[key] = _moved_table(moved[key], folder)
+    return moved
+
+
+def _moved_table(table: Document, folder: Path) -> Document:
+    """Return a table with the files and modules that it names, seen from above."""
+    moved = dict(table)
+    if isinstance(table.get("file"), str):
+        moved["file"] = str(folder / table["file"])
+    if table.get("kind") == "python" and isinstance(table.get("folder", ""), str):
+        moved["folder"] = str(folder / table.get("folder", ""))
+    if isinstance(table.get("allocator"), dict):
+        moved["allocator"] = _moved_table(table["allocator"], folder)
     return moved
 
 
@@ -218,24 +256,31 @@ def _is_proposed(document: Document) -> bool:
     return isinstance(controller, dict) and controller.get("proposed") is True
 
 
-def _check_told_once(document: Document, file: str) -> None:
-    """Refuse a controller that is proposed and stated: nobody could see which of them flies."""
-    if not _is_proposed(document):
-        return
-    told = {*file_model(TrackingGains, allocator=(Any, None)).model_fields}
-    for key, value in document["controller"].items():
-        if key in told:
-            allowed = "left out where proposed = true, or proposed must be false"
-            raise ScenarioError.at(file, f"controller.{key}", value, allowed)
+def _overrides(content: Any, told: Document, proposed: Controller, file: str) -> dict[str, Any]:
+    """Return what a checked ``[controller]`` gives in place of what is proposed.
+
+    Keys of the allocator are checked beside those proposed, as if these stood in a base.
+    """
+    gains = values_of(TrackingGains, content)
+    given, rule = told.get("allocator"), proposed[1]
+    if not given or given.get("kind") == "python":
+        return gains
+    below = {"allocator": _in_lists(rule.as_file())}
+    whole = _rule_in(_laid_over({"allocator": given}, below)["allocator"], file)
+    flown = _RULES[whole.kind].from_file(whole)
+    if type(flown) is not type(rule):
+        return gains | {"allocator": flown}
+    named = {name for name, field in declared(type(flown)).items() if field.key in given}
+    weights = {name: getattr(flown, name) for name in named}
+    kind = {"kind": flown.kind} if "kind" in given else {}
+    return gains | {"allocator": kind | weights}
 
 
-def _controller_from(
-    content: Any, vehicle: Vehicle, plant: PlantModel, start_tilt: Any
-) -> tuple[TrackingGains, AllocationRule]:
-    if isinstance(content, schema.ProposedTable):
-        return proposed_controller(vehicle, plant, start_tilt)
-    rule = content.allocator
-    return TrackingGains.from_file(content), _RULES[rule.kind].from_file(rule)
+def _in_lists(value: Any) -> Any:
+    """Return the content of a record with the lists that TOML has in place of tuples."""
+    if isinstance(value, dict):
+        return {key: _in_lists(item) for key, item in value.items()}
+    return [_in_lists(item) for item in value] if isinstance(value, tuple) else value
 
 
 def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:
@@ -245,26 +290,50 @@ def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> Fl
     return to_SI(np.array(degrees), "deg")
 
 
-def _plant_from(content: Any, name: str) -> PlantModel:
-    effects = tuple(_EFFECTS[effect.kind].from_file(effect) for effect in content.effect)
-    return PlantModel(
-        physics_step=to_SI(content.physics_step_ms, "ms"),
-        control_period=to_SI(content.control_period_ms, "ms"),
-        integrator=content.integrator,
-        effects=effects,
-        name=name,
-    )
+def _own_parts(content: Any, file: str, folder: Path, allow_code: bool) -> dict[str, PythonObject]:
+    """Return the parts of the loop that a file names as objects of one's own."""
+    tables = {
+        "controller": content.controller,
+        "controller.allocator": getattr(content.controller, "allocator", None),
+        "sensors": content.sensors,
+        "estimator": content.estimator,
+        "disturbance": content.disturbance,
+    }
+    own = {}
+    for key, table in tables.items():
+        if isinstance(table, dict) and table.get("kind") == "python":  # beside what is proposed
+            table = _rule_in(table, file)
+        if getattr(table, "kind", "") == "python":
+            own[key.rpartition(".")[2]] = _python_object(table, key, file, folder, allow_code)
+    return own
 
 
-def _reference_from(content: Any, folder: Path) -> Reference:
-    whole = _whole_reference(content, folder)
+def _python_object(table: Any, key: str, file: str, folder: Path, allow_code: bool) -> PythonObject:
+    part = PythonObject(table.object, table.options, str(folder / table.folder))
+    return part.checked(file, f"{key}.object", allow_code)
+
+
+def _rule_in(allocator: Document, file: str) -> Any:
+    """Return a table ``[controller.allocator]`` that stands beside what is proposed, checked."""
+    from omnimorph.simulation.scenario_schema import RuleInScenario
+
+    document = {"controller": {"allocator": allocator}}
+    content = check_document(RuleInScenario, document, file, ScenarioError)
+    return content.controller.allocator
+
+
+def _reference_from(content: Any, file: str, folder: Path, allow_code: bool) -> Reference:
+    if content.kind == "python":
+        whole = _python_object(content, "reference", file, folder, allow_code).built()
+    else:
+        whole = _whole_reference(content, folder)
     return PoseOnly(whole) if content.pose_only else whole
 
 
 def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledReference:
-    if isinstance(content, schema.Samples):
+    if content.kind == "samples":
         return SampledReference.from_csv(str(folder / content.file))
-    if isinstance(content, schema.Waypoints):
+    if content.kind == "waypoints":
         points = content.waypoint
         turned = any(point.quaternion_wxyz is not None for point in points)
         upright = [1.0, 0.0, 0.0, 0.0]
@@ -273,32 +342,5 @@ def _whole_reference(content: Any, folder: Path) -> SegmentReference | SampledRe
             [point.position_m for point in points],
             [point.quaternion_wxyz or upright for point in points] if turned else None,
         )
-    segments = [
-        Segment(
-            part.duration_s,
-            part.move_m,
-            part.rotation_axis_W,
-            to_SI(part.rotation_angle_deg, "deg"),
-        )
-        for part in content.segment
-    ]
+    segments = [Segment(**values_of(Segment, part)) for part in content.segment]
     return SegmentReference(content.start_position_m, content.start_attitude(), segments)
-
-
-def _named(file: str, build: Callable[[], Built]) -> Built:
-    """Build something of a file's content; what it refuses is reported with the file's name.
-
-    A refusal that names another file, in which the mistake is, stays as it is.
-    """
-    try:
-        return build()
-    except InputError as refused:
-        if refused.file is not None and is_file(refused.file):
-            raise
-        raise ScenarioError(
-            f"{file}: {refused}",
-            file=file,
-            key=refused.key,
-            value=refused.value,
-            allowed=refused.allowed,
-        ) from None

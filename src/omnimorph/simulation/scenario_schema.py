@@ -1,7 +1,7 @@
-"""The scenario and plant files, table by table, as pydantic models.
+"""The scenario file, table by table, as pydantic models.
 
-The description of a field is what a message says is allowed. Gains, allocation rules and effects
-are not written out here: their models are made from the records themselves (`design.records`).
+The description of a field is what a message says is allowed. Gains, allocation rules, segments and
+the plant are not written out here: their models are made of the records (`design.tables`).
 """
 
 from __future__ import annotations
@@ -11,22 +11,28 @@ from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag
+from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag
 
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.ranges import UNIT_VECTOR
-from omnimorph.design.records import file_model
-from omnimorph.design.schema import Line, Number, Table, Vector, number
-from omnimorph.reference.ranges import ANGLES_DEG, DURATIONS, MOVES, POSITIONS, TIMES
-from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant import INTEGRATORS, TIME_STEPS
+from omnimorph.design.records import declared
+from omnimorph.design.tables import (
+    Line,
+    Number,
+    Table,
+    Vector,
+    file_model,
+    number,
+    table_with,
+)
+from omnimorph.reference.ranges import POSITIONS, TIMES
+from omnimorph.reference.segments import Segment
+from omnimorph.simulation.plant_schema import PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
-__all__ = ["PlantFile", "ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
+__all__ = ["ProposedTable", "RuleInScenario", "Samples", "ScenarioFile", "Waypoints"]
 
-_SECONDS = "a positive number of seconds"
-_MILLISECONDS = "a positive number of milliseconds"
 _QUATERNION = "four numbers w, x, y, z of unit length"
 
 
@@ -42,39 +48,61 @@ def _unit(quaternion: list[float]) -> list[float]:
 
 Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4), AfterValidator(_unit)]
 
+
+class PythonTable(Table):
+    """A part of the loop that is one's own, ``kind = "python"``."""
+
+    kind: Literal["python"]
+    object: str = Field(min_length=1, description='a module and an object, "my_module:MyObject"')
+    folder: str = Field(default="", description="where the module lies, seen from this file")
+    options: dict[str, Any] = Field(default={}, description="a table of arguments by name")
+
+
 if TYPE_CHECKING:
-    AnyEffect = Any
     AnyRule = Any
     ControllerTable = Any
 else:
-    AnyEffect = Annotated[
-        reduce(or_, [file_model(effect) for effect in EFFECTS]), Field(discriminator="kind")
-    ]
     AnyRule = Annotated[
-        reduce(or_, [file_model(rule) for rule in RULES]), Field(discriminator="kind")
+        reduce(or_, map(file_model, RULES)) | PythonTable, Field(discriminator="kind")
     ]
     ControllerTable = file_model(
         TrackingGains,
         allocator=(AnyRule, Field(description="a table with the kind of rule and its weights")),
+        kind=(Literal["paper"], Field(default="paper", description="paper or python")),
         attitude_gives_way=(bool, Field(default=False, description="true or false")),
         proposed=(bool, Field(default=False, description="true or false")),
     )
 
 
-class ProposedTable(Table):
-    """``[controller]`` whose gains and allocator come from the vehicle."""
+class ProposedTable(
+    file_model(  # type: ignore[misc]
+        TrackingGains, proposed=(Literal[True], Field(description="true or false"))
+    )
+):
+    """``[controller]`` whose gains and allocator come from the vehicle, but those given here.
 
-    proposed: Literal[True] = Field(description="true or false")
+    Which keys the allocator may have follows from the one that is proposed.
+    """
+
+    kind: Literal["paper"] = Field(default="paper", description="paper or python")
     attitude_gives_way: bool = Field(default=False, description="true or false")
+    allocator: dict[str, Any] = Field(default={}, description="a table of weights")
 
 
-class SegmentTable(Table):
+class RuleInController(BaseModel):
+    """The allocator alone, with what is proposed below what is given."""
+
+    allocator: AnyRule
+
+
+class RuleInScenario(BaseModel):
+    """The same, seen from the top of the file."""
+
+    controller: RuleInController
+
+
+class SegmentTable(table_with(declared(Segment).values())):  # type: ignore[misc]
     """``[[reference.segment]]``: one move from rest to rest."""
-
-    duration_s: Number = number(DURATIONS, _SECONDS)
-    move_m: Vector = number(MOVES, "three numbers of metres", [0.0, 0.0, 0.0])
-    rotation_axis_W: Vector = number(UNIT_VECTOR, "a unit vector", [0.0, 0.0, 1.0])
-    rotation_angle_deg: Number = number(ANGLES_DEG, "a number of degrees", 0.0)
 
 
 class ReferenceTable(Table):
@@ -122,29 +150,13 @@ class Samples(ReferenceTable):
     file: str = Field(min_length=1, description="the name of a CSV file")
 
 
-AnyReference = Annotated[Segments | Waypoints | Samples, Field(discriminator="kind")]
+class PythonReference(PythonTable, ReferenceTable):
+    """``[reference]`` of one's own."""
 
 
-class PlantTable(Table):
-    """``[plant]``: time steps, integrator and imperfections."""
-
-    physics_step_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
-    control_period_ms: Number = number(TIME_STEPS, _MILLISECONDS, 1.0)
-    integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = Field(
-        default="semi-implicit-euler", description=" or ".join(INTEGRATORS)
-    )
-    effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
-
-
-class PlantFile(Table):
-    """A plant file."""
-
-    schema_version: Literal[1] = Field(
-        alias="schema", description="1, the version this package reads"
-    )
-    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
-    title: Line = Field(default="", description="one line of text, at most 200 characters")
-    plant: PlantTable = Field(description="a table, written [plant]")
+AnyReference = Annotated[
+    Segments | Waypoints | Samples | PythonReference, Field(discriminator="kind")
+]
 
 
 def _table_or_name(value: Any) -> str:
@@ -159,16 +171,19 @@ AnyPlant = Annotated[
 ]
 
 
-def _proposed_or_told(value: Any) -> str:
-    """Return which of the two a controller is, so that only its own mistakes are reported."""
-    proposed = value.get("proposed") if isinstance(value, dict) else getattr(value, "proposed", 0)
-    return "ProposedTable" if proposed is True else TrackingGains.__name__
+def _kind_of_controller(value: Any) -> str:
+    """Return which one a controller is, so that only its own mistakes are reported."""
+    given = value if isinstance(value, dict) else vars(value)
+    if given.get("kind") == "python":
+        return "PythonTable"
+    return "ProposedTable" if given.get("proposed") is True else TrackingGains.__name__
 
 
 AnyController = Annotated[
     Annotated[ProposedTable, Tag("ProposedTable")]
+    | Annotated[PythonTable, Tag("PythonTable")]
     | Annotated[ControllerTable, Tag(TrackingGains.__name__)],
-    Discriminator(_proposed_or_told),
+    Discriminator(_kind_of_controller),
 ]
 
 
@@ -184,6 +199,9 @@ class ScenarioFile(Table):
     plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
     controller: AnyController = Field(description="a table with the allocator and the gains")
     reference: AnyReference = Field(description="a table with the kind of reference")
+    sensors: PythonTable | None = Field(default=None, description='a table, kind = "python"')
+    estimator: PythonTable | None = Field(default=None, description='a table, kind = "python"')
+    disturbance: PythonTable | None = Field(default=None, description='a table, kind = "python"')
     start_tilt_deg: Number | list[Number] = number(
         TILTS_DEG, "a finite number of degrees, or one for each servo", 0.0
     )

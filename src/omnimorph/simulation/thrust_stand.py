@@ -28,6 +28,7 @@ from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import state_row
 from omnimorph.protocols import FloatArray
+from omnimorph.simulation.core_settings import MOST_STEPS
 from omnimorph.simulation.effects import (
     CommandDelay,
     DeadBand,
@@ -38,11 +39,8 @@ from omnimorph.simulation.effects import (
     RotorLag,
     SpeedLimits,
 )
-from omnimorph.simulation.loop_parts import (
-    MOST_STEPS,
-    bytes_of_a_row,
-)
 from omnimorph.simulation.plant import PlantModel, core_motion
+from omnimorph.simulation.recording import bytes_of_a_row
 from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
 from omnimorph.simulation.whole_number import whole_number
 from omnimorph.units import from_SI

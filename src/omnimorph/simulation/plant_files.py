@@ -1,0 +1,90 @@
+"""Plant files: from TOML with units in its key names to a `PlantModel`."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from importlib import resources
+from importlib.resources.abc import Traversable
+from typing import Any, TypeVar
+
+from omnimorph.design.documents import (
+    catalogue_names,
+    check_document,
+    find_document,
+    parse_toml,
+    record_or_file,
+)
+from omnimorph.design.input_files import is_file
+from omnimorph.errors import InputError, ScenarioError
+from omnimorph.simulation.effects import EFFECTS
+from omnimorph.simulation.plant_model import PlantModel
+
+__all__ = ["PlantLike", "as_plant", "built_of", "list_plants", "load_plant", "plant_of_table"]
+
+PlantLike = PlantModel | str | os.PathLike[str]
+"""A plant, or the name or file of one."""
+
+Built = TypeVar("Built")
+_EFFECTS = {effect.kind: effect for effect in EFFECTS}
+
+
+def list_plants() -> list[str]:
+    """Return the names of the plants that come with the package, sorted."""
+    return catalogue_names(_catalogue())
+
+
+def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
+    """Load a plant of the catalogue (``perfect``, ``realistic``), or from a TOML file.
+
+    Raises
+    ------
+    ScenarioError
+        As `omnimorph.load_scenario` does.
+    """
+    from omnimorph.simulation.plant_schema import PlantFile
+
+    file, text = find_document(name_or_path, _catalogue(), "plant", ScenarioError)
+    document = parse_toml(text, file, ScenarioError)
+    content = check_document(PlantFile, document, file, ScenarioError)
+    return built_of(file, lambda: plant_of_table(content.plant, content.name))
+
+
+def as_plant(plant: PlantLike) -> PlantModel:
+    """Return a plant that may be given as a name of the catalogue or as a file.
+
+    Raises
+    ------
+    ScenarioError
+        As `omnimorph.load_plant` does, and if it is anything else.
+    """
+    return record_or_file(plant, PlantModel, "plant", load_plant, ScenarioError)
+
+
+def plant_of_table(content: Any, name: str) -> PlantModel:
+    """Return the plant of a checked table ``[plant]``."""
+    effects = tuple(_EFFECTS[effect.kind].from_file(effect) for effect in content.effect)
+    return PlantModel.from_file(content, effects=effects, name=name)
+
+
+def built_of(file: str, build: Callable[[], Built]) -> Built:
+    """Build something of a file's content; what it refuses is reported with the file's name.
+
+    A refusal that names another file, in which the mistake is, stays as it is.
+    """
+    try:
+        return build()
+    except InputError as refused:
+        if refused.file is not None and is_file(refused.file):
+            raise
+        raise ScenarioError(
+            f"{file}: {refused}",
+            file=file,
+            key=refused.key,
+            value=refused.value,
+            allowed=refused.allowed,
+        ) from None
+
+
+def _catalogue() -> Traversable:
+    return resources.files("omnimorph.simulation") / "plants"

@@ -30,7 +30,7 @@ from omnimorph.protocols import Command, FloatArray, Log, State
 from omnimorph.results.run import Outcome, Run
 from omnimorph.simulation.core_settings import core_settings_of, physics_steps
 from omnimorph.simulation.effects import Effectiveness
-from omnimorph.simulation.own_parts import PartFailed
+from omnimorph.simulation.own_parts import FAILURES, PartFailed
 from omnimorph.simulation.recording import OUTCOMES, FlownRows, Logs, as_run, bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
@@ -201,7 +201,7 @@ class SteppedFlight:
                 self._stages.move(push)
         except PartFailed as failed:
             if began == 0:  # nothing has been flown that could be lost
-                raise failed.error from failed.error.__cause__
+                failed.refuse()
             self.note("failure", part=failed.part, error=failed.what)
             self.core.end_here(_core.FlightStatus.PART_FAILED)
 
@@ -254,7 +254,7 @@ class SteppedFlight:
             for name, value in log.items():
                 pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
                 self.log(name, *(value if pair else (value,)))
-        except Exception as error:
+        except FAILURES as error:
             raise PartFailed(part, error) from error
 
     def change_controller(self, scenario: ScenarioLike) -> None:

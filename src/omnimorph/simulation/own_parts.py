@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Self
+from typing import Any, NoReturn, Self
 
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import (
@@ -30,7 +30,15 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.samples import SampledReference
 
-__all__ = ["OwnParts", "PartFailed", "PythonObject", "check_plant", "described", "in_flight"]
+__all__ = [
+    "FAILURES",
+    "OwnParts",
+    "PartFailed",
+    "PythonObject",
+    "check_plant",
+    "described",
+    "in_flight",
+]
 
 _AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
 _AFTER_RESET = ("motion", "speed", "tilt", "wrench")
@@ -43,24 +51,37 @@ class PartFailed(Exception):
     ----------
     part : str
         Which, with its name.
-    error : Exception
+    error : BaseException
         What it raised, or what is wrong with its answer.
     """
 
-    def __init__(self, part: str, error: Exception) -> None:
+    def __init__(self, part: str, error: BaseException) -> None:
         super().__init__(part, error)
         self.part, self.error = part, error
 
     @property
     def what(self) -> str:
         """The error in a line, and where in the code it was raised."""
-        said = f"{type(self.error).__name__}: {self.error}".strip()
+        said = f"{type(self.error).__name__}: {self.error}"
+        said = " ".join(said.split()).rstrip(".: ")
         trace = self.error.__traceback__
         if trace is None or isinstance(self.error, ScenarioError):
             return said
         while trace.tb_next is not None:
             trace = trace.tb_next
         return f"{said} ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
+
+
+    def refuse(self) -> NoReturn:
+        """Raise what a user reads where nothing has been flown that could be kept."""
+        if isinstance(self.error, ScenarioError):
+            raise self.error
+        sentence = f"{self.part} failed before anything was flown: {self.what}."
+        raise ScenarioError(sentence) from self.error
+
+
+FAILURES = (Exception, SystemExit)
+"""What a part of one's own may raise to fail; an interrupt is none of it."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +139,7 @@ class PythonObject:
                 found = getattr(found, part)
         except ScenarioError:
             raise
-        except (Exception, SystemExit) as error:  # whatever a module does when it is imported
+        except FAILURES as error:  # whatever a module does when it is imported
             why = f"{type(error).__name__}: {error}"
             raise ScenarioError(
                 f"{place}: {key} {self.object} cannot be imported: {why}.", file=place, key=key
@@ -140,7 +161,7 @@ class PythonObject:
             return found
         try:
             return found(*arguments, **self.options)
-        except Exception as error:
+        except FAILURES as error:
             failed = PartFailed(self.object, error)
             raise ScenarioError(f"{self.object} cannot be built: {failed.what}.") from error
 

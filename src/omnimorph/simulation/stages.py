@@ -13,7 +13,7 @@ from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.simulation.core_settings import CoreSettings
-from omnimorph.simulation.own_parts import PartFailed, check_plant, described
+from omnimorph.simulation.own_parts import FAILURES, PartFailed, check_plant, described
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["NO_PUSH", "Stages", "six_numbers", "steps_of"]
@@ -63,12 +63,12 @@ class Stages:
         if self._engine is None:
             return
         start, tilt, thrust = self._settings.start, self._settings.tilt, self._settings.thrust
-        self._engine.reset(_state(start), tilt, thrust, seed | flight << 64)
-        check_plant(self._engine)
         try:
+            self._ask_engine("reset", _state(start), tilt, thrust, seed | flight << 64)
+            check_plant(self._engine)
             self._place(NO_PUSH, 0)
         except PartFailed as failed:
-            raise failed.error from failed.error.__cause__
+            failed.refuse()
 
     def change_controller(self, controller: _core.ControllerSettings) -> None:
         """Go on with another controller of the core."""
@@ -234,13 +234,13 @@ class Stages:
     def _ask(self, kind: str, *arguments: Any) -> Any:
         try:
             return self._own[kind](*arguments)
-        except Exception as error:
+        except FAILURES as error:
             raise PartFailed(self._names[kind], error) from error
 
     def _ask_engine(self, method: str, *arguments: Any) -> None:
         try:
             getattr(self._engine, method)(*arguments)
-        except Exception as error:
+        except FAILURES as error:
             raise PartFailed(self._names["plant"], error) from error
 
     def _check_steps(self) -> None:
@@ -266,7 +266,7 @@ class Stages:
             allowed = "a State, (n,) speeds, (m,) tilts and a (6,) wrench"
             text = f"the plant cannot be flown, because {problem}; it must give {allowed}."
             raise PartFailed(self._names["plant"], ScenarioError(text)) from None
-        except Exception as error:
+        except FAILURES as error:
             raise PartFailed(self._names["plant"], error) from error
         if not finite:
             self._core.end_here(_core.FlightStatus.DIVERGED)

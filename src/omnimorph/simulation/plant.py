@@ -1,33 +1,31 @@
-"""The plant: what it is made of (`PlantModel`), and one to fly step by step (`SimulatedPlant`).
-
-Within a physics step the actuators move first, then the body: with semi-implicit Euler the new
-actuators give the wrench, the new velocities give the pose; fourth-order Runge-Kutta takes the
-actuators at the start, middle and end of the step.
-"""
+"""A plant that is stepped from Python (`SimulatedPlant`); `PlantModel` is what it is made of."""
 
 from __future__ import annotations
 
 import operator
-import os
-from dataclasses import dataclass
-from typing import Any, ClassVar, Literal
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
-from omnimorph.design.documents import record_or_file
 from omnimorph.design.files import VehicleLike, as_vehicle
-from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record, quantity
-from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
-from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
+from omnimorph.model.core import as_thrust, as_tilt, state_row
 from omnimorph.model.dynamics import hover_thrust
+from omnimorph.model.stored_state import Storable
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
-from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
+from omnimorph.simulation.plant_model import (
+    INTEGRATORS,
+    TIME_STEPS,
+    PlantLike,
+    PlantModel,
+    as_plant,
+    control_steps,
+)
 from omnimorph.simulation.whole_number import whole_number
 
 __all__ = [
@@ -42,129 +40,19 @@ __all__ = [
     "core_motion",
 ]
 
-INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
 _NO_WRENCH = np.zeros(6)
 NOT_ASKED = np.full(6, np.nan)
 """The wrench asked for by what gives commands alone."""
-_POSITIVE = "a positive number of milliseconds"
+_AT_ORIGIN = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": slice(15, 18)}
 """Of the 18 numbers of a state, by the core's names."""
 
-TIME_STEPS = Range(1e-3, 1e4)
-"""Of physics step and control period, ms."""
 
-
-@dataclass(frozen=True, kw_only=True)
-class PlantModel(Record):
-    """How the vehicle really behaves: time steps, integrator, and a list of imperfections.
-
-    Attributes
-    ----------
-    name : str
-        What reports call it.
-    physics_step, control_period : float, s
-        The period is a multiple of the step.
-    integrator : str
-        ``semi-implicit-euler`` or ``runge-kutta-4`` (on SO(3)).
-    effects : tuple of Effect
-        Each kind once, but for constant wrenches, which add up.
-
-    Raises
-    ------
-    ScenarioError
-        If the period is no multiple of the step, or an effect stands twice.
-    """
-
-    kind: ClassVar[str] = "plant"
-    physics_step: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
-    control_period: float = quantity("ms", TIME_STEPS, _POSITIVE, default=1e-3)
-    integrator: Literal["semi-implicit-euler", "runge-kutta-4"] = "semi-implicit-euler"
-    effects: tuple[Effect, ...] = ()
-    name: str = "own"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.integrator not in INTEGRATORS:
-            allowed = " or ".join(INTEGRATORS)
-            raise ScenarioError.at("plant", "integrator", self.integrator, allowed)
-        control_steps(self)
-        if not isinstance(self.effects, tuple):
-            raise ScenarioError.at("plant", "effects", self.effects, "a sequence of effects")
-        seen: set[str] = set()
-        for effect in self.effects:
-            if not isinstance(effect, Effect):
-                raise ScenarioError.at("plant", "effects", effect, "a sequence of effects")
-            if effect.kind in seen and not isinstance(effect, ConstantWrench):
-                raise ScenarioError.at("plant", "effect", effect.kind, "there only once")
-            seen.add(effect.kind)
-
-    def true_vehicle(self, vehicle: Vehicle) -> Vehicle:
-        """Return the vehicle that really flies when the controller believes in `vehicle`."""
-        known: tuple[Vehicle | None, Vehicle] = vars(self).get("_last_truth", (None, vehicle))
-        believed, truth = known
-        if believed is not vehicle:  # the same one is asked for again and again
-            truth = vehicle
-            for effect in self.effects:
-                truth = effect.true_vehicle(truth)
-            vars(self)["_last_truth"] = vehicle, truth
-        return truth
-
-    def core_fields(self, vehicle: Vehicle) -> dict[str, Any]:
-        """Return the fields of the core's loop that a plant says, for a controller's vehicle."""
-        truth = self.true_vehicle(vehicle)
-        plant: dict[str, Any] = {
-            "vehicle": as_core(truth),
-            "command_coefficient": vehicle.thrust_coefficient,
-            "effectiveness": np.ones(vehicle.n_rotors),
-            "step": self.physics_step,
-            "integrator": self.integrator,
-        }
-        sensors: dict[str, Any] = {}
-        build = PlantBuild(plant, sensors, truth, self.control_period, self.physics_step)
-        for effect in self.effects:
-            effect.add_to(build)
-        sensors.setdefault("estimator", ("low-pass", {"cutoff": np.zeros(4)}))  # which passes all
-        periods = {
-            "control_every": control_steps(self),
-            "control_period": self.control_period,
-        }
-        return in_float64({"plant": plant} | sensors | periods)
-
-
-def control_steps(plant: PlantModel) -> int:
-    """Return the number of physics steps in a control period; refuse a broken number."""
-    ratio = plant.control_period / plant.physics_step
-    steps = round(ratio)
-    if steps < 1 or abs(ratio - steps) > 1e-9 * ratio:
-        allowed = f"a multiple of the physics step, {plant.physics_step * 1e3:g} ms"
-        raise ScenarioError.at("plant", "control_period_ms", plant.control_period * 1e3, allowed)
-    return steps
-
-
-PlantLike = PlantModel | str | os.PathLike[str]
-"""A plant, or the name or file of one."""
-
-
-def as_plant(plant: PlantLike) -> PlantModel:
-    """Return a plant that may be given as a name of the catalogue or as a file.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_plant` does, and if it is anything else.
-    """
-    return record_or_file(plant, PlantModel, "plant", _load, ScenarioError)
-
-
-def _load(name_or_path: str | os.PathLike[str]) -> PlantModel:
-    from omnimorph.simulation.scenario_files import load_plant  # which imports this file
-
-    return load_plant(name_or_path)
-
-
-class SimulatedPlant:
+class SimulatedPlant(Storable):
     """A plant that is stepped from Python (satisfies `omnimorph.protocols.Plant`).
+
+    It can be copied and pickled in the middle of a flight, and goes on the same to the last bit.
 
     Parameters
     ----------
@@ -191,6 +79,9 @@ class SimulatedPlant:
     -0.00981
     """
 
+    kind: ClassVar[str] = "plant"
+    _in_core: _core.Plant
+
     def __init__(
         self,
         vehicle: VehicleLike,
@@ -202,55 +93,114 @@ class SimulatedPlant:
         seed: int = 0,
         flight: int = 0,
     ) -> None:
-        vehicle, plant = as_vehicle(vehicle), as_plant(plant)
-        if start is None:
-            start = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
-        tilt = as_tilt(vehicle, start_tilt)
-        self.plant = plant
-        self._steps_of_control = control_steps(plant)
-        thrust = hover_thrust(vehicle, tilt)
-        if start_thrust is not None:
-            thrust = as_numbers(start_thrust)
-        if thrust.shape != (vehicle.n_rotors,) or not np.isfinite(thrust).all():
-            allowed = f"{vehicle.n_rotors} finite numbers of newtons"
-            raise ScenarioError.at("plant", "start_thrust", start_thrust, allowed)
-        parts = [as_numbers(part) for part in start] if isinstance(start, tuple) else []
-        row = state_row(*parts, ())
-        if [part.size for part in parts] != [3, 9, 3, 3] or not np.isfinite(row).all():
-            raise ScenarioError.at("plant", "start", start, "a State of finite numbers")
-        if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
-            raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
-        begins = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
-        settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": begins})
+        self.vehicle, self.plant = as_vehicle(vehicle), as_plant(plant)
+        self._steps_of_control = control_steps(self.plant)
+        tilt = as_tilt(self.vehicle, start_tilt)
+        if start_thrust is None:
+            start_thrust = hover_thrust(self.vehicle, tilt)
         seed = whole_number("plant", "seed", seed, 64)
         flight = whole_number("plant", "flight", flight, 32)
-        self._plant = _core.new_plant(settings=settings, seed=seed, flight=flight)
-        self._counts = vehicle.n_rotors, vehicle.n_servos
+        self.reset(_AT_ORIGIN if start is None else start, tilt, start_thrust, flight << 64 | seed)
+
+    def reset(self, state: State, tilt: ArrayLike, thrust: ArrayLike, seed: int) -> None:
+        """Begin anew, the same to the last bit as a new plant.
+
+        Parameters
+        ----------
+        state : State
+            Where it is, and how it moves.
+        tilt : float or (m,), rad
+            The servos' angles.
+        thrust : (n,), N
+            What the rotors give, and are asked for until the first command.
+        seed : int
+            Which noise: the lower 64 bits are the seed, the 32 above them the number of the flight.
+
+        Raises
+        ------
+        ScenarioError
+            If one of them is of another shape or not finite.
+
+        Examples
+        --------
+        >>> import numpy as np, omnimorph as om
+        >>> plant = om.SimulatedPlant("omnimorph", om.PlantModel())
+        >>> start = plant.motion
+        >>> fallen = plant.step_physics(100, np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
+        >>> plant.reset(start, 0.0, np.full(8, 1.6), seed=0)
+        >>> plant.time, float(plant.motion.p_WB[2])
+        (0.0, 0.0)
+        """
+        command = {
+            "thrust": as_thrust(self.vehicle, thrust, "plant", "start_thrust"),
+            "tilt": as_tilt(self.vehicle, tilt),
+        }
+        motion = core_motion(_start_row(state))
+        self._seed = whole_number("plant", "seed", seed, 96)
+        self._in_core = self._new_core({"motion": motion, "command": command})
+
+    def _new_core(self, start: Mapping[str, Any] | None = None) -> _core.Plant:
+        if start is None:
+            n, m = self.vehicle.n_rotors, self.vehicle.n_servos
+            nothing = {"thrust": np.zeros(n), "tilt": np.zeros(m)}
+            start = {"motion": core_motion(_start_row(_AT_ORIGIN)), "command": nothing}
+        settings = _core.LoopSettings(self.plant.core_fields(self.vehicle) | {"start": start})
+        flight, seed = divmod(self._seed, 2**64)
+        return _core.new_plant(settings=settings, seed=seed, flight=flight)
 
     @property
     def time(self) -> float:
         """Time since the start, s."""
-        return self._plant.step * self.plant.physics_step
+        return self._in_core.step * self.plant.physics_step
+
+    @property
+    def physics_step(self) -> float:
+        """Time that one step of `step_physics` takes, s."""
+        return self.plant.physics_step
+
+    @property
+    def control_period(self) -> float:
+        """Time between two commands, s."""
+        return self.plant.control_period
+
+    @property
+    def motion(self) -> State:
+        """The true motion, with the speeds, tilts and accelerations as they are."""
+        return State(*self.state, self.speed, self.tilt, self.acceleration)
 
     @property
     def state(self) -> State:
         """The true motion."""
-        return as_state(self._plant.motion())
+        return as_state(self._in_core.motion())
 
     @property
     def speed(self) -> FloatArray:
         """Actual rotor speeds, (n,) rad/s."""
-        return self._plant.speed()
+        return self._in_core.speed()
 
     @property
     def tilt(self) -> FloatArray:
         """Actual servo angles, (m,) rad."""
-        return self._plant.tilt()
+        return self._in_core.tilt()
+
+    @property
+    def thrust(self) -> FloatArray:
+        """What the rotors give along their axes now, (n,) N, less what wakes and damage take."""
+        return self._in_core.thrust()
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """The (6,) acceleration now: linear (m/s², in W), then angular (rad/s², in B).
+
+        By the true mass and inertia, of the rotors, gravity and all effects, without a push; with
+        the actuators held, so without the torques of spinning rotors up and turning their axes.
+        """
+        return self._in_core.acceleration()
 
     @property
     def wrench(self) -> FloatArray:
         """The (6,) wrench that the rotors make now, N and N m, in B."""
-        return self._plant.wrench()
+        return self._in_core.wrench()
 
     def hub_load(self, rotor: int) -> FloatArray:
         """Return what a rotor loads its hub with now: force (N) and torque (N m), (6,), in B.
@@ -263,22 +213,22 @@ class SimulatedPlant:
         ScenarioError
             If there is no such rotor; they are counted from 0.
         """
-        n_rotors = self._counts[0]
+        n_rotors = self.vehicle.n_rotors
         try:
             index = operator.index(rotor)
         except TypeError:
             index = -1
         if isinstance(rotor, bool) or not 0 <= index < n_rotors:
             raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
-        return self._plant.hub_load(index)
+        return self._in_core.hub_load(index)
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
-        return as_state(self._plant.measure())
+        return as_state(self._in_core.measure())
 
     def send(self, command: Command) -> None:
         """Put a command on its way to the actuators; at the beginning of a control period."""
-        if self._plant.step % self._steps_of_control:
+        if self._in_core.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
         try:
@@ -287,20 +237,20 @@ class SimulatedPlant:
             raise _unfit_command(problem) from None
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
-        if tuple(part.size for part in parts) != self._counts:
+        if [part.size for part in parts] != [self.vehicle.n_rotors, self.vehicle.n_servos]:
             sizes = ", ".join(str(part.size) for part in parts)
             raise _unfit_command(ValueError(f"its parts are of so many numbers: {sizes}"))
-        self._plant.send(*parts)
+        self._in_core.send(*parts)
 
-    def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
+    def step_physics(self, steps: int = 1, push: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.
 
-        `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
+        `push` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
-        push, steps = as_numbers(disturbance), whole_number("plant", "steps", steps, 31)
-        if push.shape != (6,) or not np.isfinite(push).all():
-            raise ScenarioError.at("plant", "disturbance", disturbance, "six finite numbers")
-        self._integrate(steps, push)
+        wrench, steps = as_numbers(push), whole_number("plant", "steps", steps, 31)
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            raise ScenarioError.at("plant", "push", push, "six finite numbers")
+        self._integrate(steps, wrench)
         return self.state
 
     def step(self, command: Command) -> State:
@@ -309,10 +259,21 @@ class SimulatedPlant:
         self._integrate(self._steps_of_control, _NO_WRENCH)
         return self.measure()
 
-    def _integrate(self, steps: int, disturbance: FloatArray) -> None:
-        self._plant.advance(steps, disturbance)
-        if not np.isfinite(self._plant.motion()).all():
+    def _integrate(self, steps: int, push: FloatArray) -> None:
+        self._in_core.advance(steps, push)
+        if not np.isfinite(self._in_core.motion()).all():
             raise OmnimorphError("The plant cannot go on: its motion is no longer finite.")
+
+
+def _start_row(state: State) -> FloatArray:
+    """Return the 18 numbers of a state that a plant can begin with."""
+    parts = [as_numbers(part) for part in state] if isinstance(state, tuple) else []
+    row = state_row(*parts, ())
+    if [part.size for part in parts] != [3, 9, 3, 3] or not np.isfinite(row).all():
+        raise ScenarioError.at("plant", "start", state, "a State of finite numbers")
+    if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
+        raise ScenarioError.at("plant", "attitude of the start", state[1], ROTATION)
+    return row
 
 
 def core_motion(row: FloatArray) -> dict[str, FloatArray]:

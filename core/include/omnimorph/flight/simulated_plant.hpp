@@ -3,7 +3,8 @@
 
 #include <memory>
 
-#include "settings.hpp"
+#include "../plant/acceleration.hpp"
+#include "loop.hpp"
 
 namespace omnimorph {
 
@@ -25,6 +26,30 @@ template <class T, int N> class SimulatedPlant {
     const Plant<T, N>& plant() const { return plant_; }
     const PlantState<T, N>& state() const { return state_; }
     long step() const { return step_; }
+
+    /// Without a push from outside.
+    Vec6<T> acceleration() const { return omnimorph::acceleration(plant_, state_, step_, Vec6<T>::zero()); }
+
+    /// What it remembers, as the state of a flight that holds nothing else.
+    FlightState<T, N> stored() const {
+        FlightState<T, N> x{};
+        x.step = step_;
+        x.plant = state_;
+        x.estimator = estimator_;
+        x.decided.command = command_;
+        return x;
+    }
+    /// Null, if commands are in force at once.
+    const DelayLine<T, N>* delay_line() const { return delay_line_.get(); }
+
+    /// Go on from what a plant like it remembered.
+    void restore(const FlightState<T, N>& x, const DelayLine<T, N>* delay_line) {
+        step_ = x.step;
+        state_ = x.plant;
+        estimator_ = x.estimator;
+        command_ = x.decided.command;
+        if (delay_line_ != nullptr && delay_line != nullptr) *delay_line_ = *delay_line;
+    }
 
     /// The estimate of the motion in this control step.
     Motion<T> measure() {

@@ -4,6 +4,10 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <initializer_list>
 #include <vector>
 
 #include "omnimorph/flight/flight.hpp"
@@ -13,30 +17,111 @@ namespace omnimorph::python {
 namespace nb = nanobind;
 
 using Array = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
-using Numbers = nb::ndarray<nb::numpy, double>;
+
+/// An array of NumPy, in float64 and C order.
+struct Numbers : nb::object {
+    NB_OBJECT_DEFAULT(Numbers, nb::object, "numpy.ndarray[dtype=float64]", PyObject_CheckBuffer)
+};
+
+/// The memory of an object in C order, for as long as this lives. (An nb::ndarray, which makes a capsule, takes many
+/// times as long.)
+class Memory {
+  public:
+    explicit Memory(nb::handle object) {
+        is_held_ = PyObject_GetBuffer(object.ptr(), &view_, PyBUF_FORMAT | PyBUF_C_CONTIGUOUS) == 0;
+        if (!is_held_) PyErr_Clear();
+    }
+    Memory(const Memory&) = delete;
+    Memory& operator=(const Memory&) = delete;
+    ~Memory() {
+        if (is_held_) PyBuffer_Release(&view_);
+    }
+    bool is_float64() const { return is_held_ && std::strcmp(view_.format, "d") == 0; }
+    std::size_t size() const { return static_cast<std::size_t>(view_.len) / sizeof(double); }
+    double* data() const { return static_cast<double*>(view_.buf); }
+
+  private:
+    Py_buffer view_{};
+    bool is_held_;
+};
 
 inline constexpr int state_width = 18, desired_width = 24;  // p R v w; and a dw
 
-inline void expect_size(const Array& array, std::size_t size, const char* name) {
-    if (array.size() != size)
+inline void expect_size(std::size_t found, std::size_t size, const char* name) {
+    if (found != size)
         throw nb::value_error(
-            (std::string(name) + " has " + std::to_string(array.size()) + " numbers, not " + std::to_string(size))
-                .c_str());
+            (std::string(name) + " has " + std::to_string(found) + " numbers, not " + std::to_string(size)).c_str());
+}
+inline void expect_size(const Array& array, std::size_t size, const char* name) {
+    expect_size(array.size(), size, name);
 }
 
-/// A new NumPy array of the given shape holding a copy of `values`.
-inline Numbers new_array(const double* values, std::vector<std::size_t> shape) {
-    std::size_t size = 1;
-    for (const std::size_t extent : shape) size *= extent;
-    double* copy = new double[size];
-    for (std::size_t k = 0; k < size; ++k) copy[k] = values[k];
-    const nb::capsule owner(copy, [](void* p) noexcept { delete[] static_cast<double*>(p); });
-    return Numbers(copy, shape.size(), shape.data(), owner);
+/// numpy.empty, which is looked up once.
+inline nb::handle numpy_empty() {
+    static PyObject* empty = nullptr;
+    if (empty == nullptr) empty = nb::object(nb::module_::import_("numpy").attr("empty")).release().ptr();
+    return empty;
 }
 
-/// Numbers that live in the object whose property they are, and which the array keeps alive; read-only.
-inline nb::ndarray<nb::numpy, const double, nb::ndim<1>> view_of(const double* values, int size) {
-    return {values, {static_cast<std::size_t>(size)}};
+/// A new NumPy array of a given shape, a tuple or a single extent, holding a copy of `values`.
+inline Numbers new_array_of(const double* values, nb::handle shape) {
+    PyObject* array = PyObject_CallOneArg(numpy_empty().ptr(), shape.ptr());
+    if (array == nullptr) throw nb::python_error();
+    const Memory memory(array);
+    std::copy_n(values, memory.size(), memory.data());
+    return nb::steal<Numbers>(array);
+}
+inline Numbers new_array(const double* values, int size) {
+    return new_array_of(values, nb::steal(PyLong_FromLong(size)));
+}
+inline Numbers new_array(const double* values, std::initializer_list<std::size_t> shape) {
+    const nb::object extents = nb::steal(PyTuple_New(static_cast<Py_ssize_t>(shape.size())));
+    Py_ssize_t k = 0;
+    for (const std::size_t extent : shape) PyTuple_SET_ITEM(extents.ptr(), k++, PyLong_FromSize_t(extent));
+    return new_array_of(values, extents);
+}
+
+/// New arrays of so many numbers, cut from blocks: NumPy cuts a row in half the time that a new array takes.
+class Rows {
+  public:
+    explicit Rows(int width) : width_(width) {}
+
+    Numbers next(const double* values) {
+        if (left_ == 0) {
+            left_ = rows_in_block;
+            block_ = nb::borrow<Numbers>(numpy_empty()(nb::make_tuple(left_, width_)));
+            data_ = Memory(block_).data();
+        }
+        --left_;
+        std::copy_n(values, width_, data_ + left_ * width_);
+        return nb::steal<Numbers>(PySequence_GetItem(block_.ptr(), left_));
+    }
+
+  private:
+    static constexpr int rows_in_block = 64;
+    int width_, left_ = 0;
+    Numbers block_;
+    double* data_ = nullptr;
+};
+
+/// So many numbers from an array of them, or from a tuple of arrays one after the other, as a State is. What is not
+/// float64 in C order is refused: Python then makes a row of it.
+template <int size> std::array<double, size> row_from(nb::handle given, const char* name) {
+    std::array<double, size> row;
+    std::size_t found = 0;
+    const auto read = [&](nb::handle part) {
+        const Memory memory(part);
+        if (!memory.is_float64()) throw nb::type_error((std::string(name) + " is not in float64").c_str());
+        if (found + memory.size() <= size) std::copy_n(memory.data(), memory.size(), row.data() + found);
+        found += memory.size();
+    };
+    if (PyTuple_Check(given.ptr())) {
+        for (Py_ssize_t k = 0; k < PyTuple_GET_SIZE(given.ptr()); ++k) read(PyTuple_GET_ITEM(given.ptr(), k));
+    } else {
+        read(given);
+    }
+    expect_size(found, size, name);
+    return row;
 }
 
 template <int R> inline Vec<double, R> vector_from(const double* values) {
@@ -102,6 +187,12 @@ inline Numbers as_array(const Desired<double>& x) {
         for (int j = 0; j < 3; ++j) s[3 + 3 * i + j] = x.R[i][j];
     }
     return new_array(s, {desired_width});
+}
+inline Motion<double> motion_from(nb::handle given) {
+    return motion_from(row_from<state_width>(given, "state").data());
+}
+inline Desired<double> desired_from(nb::handle given) {
+    return desired_from(row_from<desired_width>(given, "desired").data());
 }
 
 }  // namespace omnimorph::python

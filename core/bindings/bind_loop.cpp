@@ -9,8 +9,8 @@
 #include "bound_reference.hpp"
 #include "bound_settings.hpp"
 #include "flight_arrays.hpp"
-#include "omnimorph/flight/stored_state.hpp"
 #include "rotor_counts.hpp"
+#include "stored_bytes.hpp"
 
 namespace omnimorph::python {
 
@@ -34,12 +34,19 @@ void make_controller_settings(AnyControllerSettings* self, const nb::dict& field
 struct AllocationView {
     AnyAllocation a;
     int n, m;
+    Numbers thrust{}, tilt{};
 };
 
 /// A controller as Python has it: behind a pointer, as it is aligned more strictly than who holds it can know.
 struct BoundController {
     std::unique_ptr<AnyController> controller;
+    double period;  // s
+    Rows thrusts, tilts;
     AnyController* operator->() const { return controller.get(); }
+    AllocationView seen(const AnyAllocation& a) {
+        return {a, controller->n_rotors, controller->n_servos, thrusts.next(a.command.thrust.a),
+                tilts.next(a.command.tilt.a)};
+    }
 };
 
 /// A flight in the same way, with what it reads and writes; in one thread at a time.
@@ -104,8 +111,18 @@ Numbers costs_over_tilt(const AnyControllerSettings& settings, const Array& stat
 
 BoundController new_controller(const AnyControllerSettings& settings, const Array& thrust, const Array& tilt) {
     const AnyCommand start = command_from(thrust, tilt, settings.model.n_rotors, settings.model.n_servos);
-    return {
-        with_rotors(settings.model.n_rotors, [&](auto rotors) { return make_controller<rotors>(settings, start); })};
+    return {with_rotors(settings.model.n_rotors, [&](auto rotors) { return make_controller<rotors>(settings, start); }),
+            settings.period, Rows(settings.model.n_rotors), Rows(settings.model.n_servos)};
+}
+
+StateHeader header_of(const BoundController& c) {
+    StateHeader header;
+    header.kind = StoredKind::controller;
+    header.n_rotors = c->n_rotors;
+    header.n_servos = c->n_servos;
+    header.control_every = 1;
+    header.physics_step = c.period;
+    return header;
 }
 
 BoundFlight new_flight(const nb::object& settings, const nb::object& reference, long steps, double lost_beyond,
@@ -123,11 +140,10 @@ BoundFlight new_flight(const nb::object& settings, const nb::object& reference, 
     return bound;
 }
 
-StateHeader header_of(const BoundFlight& flight, const DelayLine<double, 0>* delay_line) {
+StateHeader header_of(const BoundFlight& flight) {
     StateHeader header;
     header.n_rotors = flight->n_rotors;
     header.n_servos = flight->n_servos;
-    header.has_delay_line = delay_line != nullptr;
     const AnyLoopSettings& s = nb::cast<const BoundSettings&>(flight.settings).settings;
     header.control_every = s.control_every;
     header.physics_step = s.plant.step;
@@ -136,28 +152,14 @@ StateHeader header_of(const BoundFlight& flight, const DelayLine<double, 0>* del
 
 nb::bytes stored(const BoundFlight& flight) {
     const auto delay_line = flight->delay_line();
-    const auto bytes = store(header_of(flight, delay_line.get()), flight->state(), delay_line.get());
-    return nb::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    return stored_bytes(header_of(flight), flight->state(), delay_line.get());
 }
 
 /// Go on from a stored state. Rows of the record before it that this flight has not flown are not numbers.
 void restore(const BoundFlight& flight, const nb::bytes& bytes) {
-    const auto* first = reinterpret_cast<const unsigned char*>(bytes.c_str());
     const auto delay_line = flight->delay_line();
-    FlightState<double, 0> state{};
-    Stored outcome =
-        read_state({first, first + bytes.size()}, header_of(flight, delay_line.get()), state, delay_line.get());
-    if (outcome == Stored::read && state.step > flight.steps) outcome = Stored::broken;
-    switch (outcome) {
-        case Stored::read:
-            break;
-        case Stored::of_another_version:
-            throw nb::value_error("it was stored by another version of omnimorph");
-        case Stored::of_another_flight:
-            throw nb::value_error("it is of another flight: rotors, servos, delay or time steps differ");
-        case Stored::broken:
-            throw nb::value_error("it is broken");
-    }
+    const FlightState<double, 0> state = stored_state(bytes, header_of(flight), delay_line.get());
+    if (state.step > flight.steps) throw nb::value_error("it is broken");
     if (flight.columns) flight.columns->leave_out(flight->step(), state.step);
     flight->restore(state, delay_line.get());
 }
@@ -230,28 +232,36 @@ void bind_loop(nb::module_& m) {
     using namespace nb::literals;
     nb::class_<AnyControllerSettings>(m, "ControllerSettings").def("__init__", &make_controller_settings, "fields"_a);
     nb::class_<AllocationView>(m, "Allocation")
-        .def_prop_ro("thrust", [](const AllocationView& v) { return view_of(v.a.command.thrust.a, v.n); })
-        .def_prop_ro("tilt", [](const AllocationView& v) { return view_of(v.a.command.tilt.a, v.m); })
-        .def_prop_ro("active", [](const AllocationView& v) { return view_of(v.a.active.a, v.n); })
-        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return view_of(v.a.wrench_asked.a, 6); })
+        .def_prop_ro("thrust",
+                     [](const AllocationView& v) { return v.thrust ? v.thrust : new_array(v.a.command.thrust.a, v.n); })
+        .def_prop_ro("tilt",
+                     [](const AllocationView& v) { return v.tilt ? v.tilt : new_array(v.a.command.tilt.a, v.m); })
+        .def_prop_ro("active", [](const AllocationView& v) { return new_array(v.a.active.a, v.n); })
+        .def_prop_ro("wrench_asked", [](const AllocationView& v) { return new_array(v.a.wrench_asked.a, 6); })
         .def_prop_ro("cost", [](const AllocationView& v) { return v.a.cost; })
         .def_prop_ro("kkt_residual", [](const AllocationView& v) { return v.a.kkt_residual; });
     nb::class_<BoundController>(m, "Controller")
         .def(
             "step",
-            [](const BoundController& c, const Array& state, const Array& desired) {
-                return AllocationView{c->step(motion_from(state), desired_from(desired)), c->n_rotors, c->n_servos};
+            [](BoundController& c, nb::handle state, nb::handle desired) {
+                return c.seen(c->step(motion_from(state), desired_from(desired)));
             },
             "state"_a, "desired"_a)
         .def(
             "allocate",
-            [](const BoundController& c, const Array& state, const Array& acceleration) {
-                expect_size(acceleration, 6, "acceleration");
-                return AllocationView{c->allocate(motion_from(state), {vector_from<6>(acceleration.data())}),
-                                      c->n_rotors, c->n_servos};
+            [](BoundController& c, nb::handle state, nb::handle acceleration) {
+                const auto wish = row_from<6>(acceleration, "acceleration");
+                return c.seen(c->allocate(motion_from(state), {vector_from<6>(wish.data())}));
             },
             "state"_a, "acceleration"_a)
-        .def("replay", &replayed, "states"_a, "desired"_a);
+        .def("replay", &replayed, "states"_a, "desired"_a)
+        .def("store", [](const BoundController& c) { return stored_bytes(header_of(c), c->state(), nullptr); })
+        .def(
+            "restore",
+            [](const BoundController& c, const nb::bytes& state) {
+                c->restore(stored_state(state, header_of(c), nullptr));
+            },
+            "state"_a);
     m.def("new_controller", &new_controller, "settings"_a, "thrust"_a, "tilt"_a);
     m.def("cost_over_tilt", &costs_over_tilt, "settings"_a, "states"_a, "accelerations"_a, "previous_thrusts"_a,
           "tilts"_a);

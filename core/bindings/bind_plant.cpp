@@ -7,6 +7,7 @@
 #include "bound_settings.hpp"
 #include "flight_arrays.hpp"
 #include "omnimorph/flight/simulated_plant.hpp"
+#include "stored_bytes.hpp"
 
 namespace omnimorph::python {
 
@@ -22,6 +23,27 @@ struct BoundPlant {
 BoundPlant new_plant(const nb::object& settings, std::uint64_t seed, std::uint32_t flight) {
     const AnyLoopSettings& s = nb::cast<const BoundSettings&>(settings).settings;
     return {settings, std::make_unique<SimulatedPlant<double, 0>>(s, NoiseKey{seed, flight})};
+}
+
+StateHeader header_of(const BoundPlant& p) {
+    const AnyLoopSettings& s = nb::cast<const BoundSettings&>(p.settings).settings;
+    StateHeader header;
+    header.kind = StoredKind::plant;
+    header.n_rotors = s.plant.vehicle.n_rotors;
+    header.n_servos = s.plant.vehicle.n_servos;
+    header.control_every = s.control_every;
+    header.physics_step = s.plant.step;
+    return header;
+}
+
+void restore(const BoundPlant& p, const nb::bytes& state) {
+    if (p->delay_line() == nullptr) {
+        p->restore(stored_state(state, header_of(p), nullptr), nullptr);
+    } else {
+        DelayLine<double, 0> delay_line;
+        const FlightState<double, 0> x = stored_state(state, header_of(p), &delay_line);
+        p->restore(x, &delay_line);
+    }
 }
 
 std::size_t rotors_of(const BoundPlant& p) {
@@ -81,7 +103,14 @@ void bind_plant(nb::module_& m) {
         .def("motion", [](const BoundPlant& p) { return as_array(p->state().motion); })
         .def("speed", [](const BoundPlant& p) { return new_array(p->state().actuators.speed.a, {rotors_of(p)}); })
         .def("tilt", [](const BoundPlant& p) { return new_array(p->state().actuators.tilt.a, {servos_of(p)}); })
+        .def("thrust",
+             [](const BoundPlant& p) {
+                 return new_array(thrust_actual(p->plant(), p->state().actuators).a, {rotors_of(p)});
+             })
+        .def("acceleration", [](const BoundPlant& p) { return new_array(p->acceleration().a, {6}); })
         .def("wrench", [](const BoundPlant& p) { return new_array(p->state().load.wrench.a, {6}); })
+        .def("store", [](const BoundPlant& p) { return stored_bytes(header_of(p), p->stored(), p->delay_line()); })
+        .def("restore", &restore, "state"_a)
         .def(
             "hub_load", [](const BoundPlant& p, int rotor) { return new_array(load_of(p, rotor).a, {6}); }, "rotor"_a)
         .def_prop_ro("step", [](const BoundPlant& p) { return p->step(); });

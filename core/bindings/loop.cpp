@@ -38,6 +38,18 @@ class CountedController final : public AnyController {
             for (int j = 0; j < n_servos; ++j) *tilt++ = command.tilt[j];
         }
     }
+    FlightState<double, 0> state() const override {
+        FlightState<double, N> x{};
+        x.tracking = tracking_;
+        x.decided = last_;
+        return convert<FlightState<double, 0>>(x);
+    }
+    void restore(const FlightState<double, 0>& state) override {
+        const auto x = convert<FlightState<double, N>>(state);
+        tracking_ = x.tracking;
+        last_ = x.decided;
+        cache_ = {};
+    }
 
   private:
     const Allocation<double, N>& decided(const Motion<double>& estimate, const Desired<double>& desired) {

@@ -23,6 +23,9 @@ class AnyController {
     /// One control step after the other: row k of thrust and tilt answers row k of the states and desired motions.
     virtual void replay(std::size_t steps, const Motion<double>* estimates, const Desired<double>* desired,
                         double* thrust, double* tilt) = 0;
+    /// What it remembers, as the state of a flight that holds nothing else.
+    virtual FlightState<double, 0> state() const = 0;
+    virtual void restore(const FlightState<double, 0>& state) = 0;
     int n_rotors = 0, n_servos = 0;
 };
 

@@ -1,113 +1,261 @@
-"""Flights are copied, pickled and flown on: a branch is the same to the last bit."""
+"""Plants and controllers are copied, pickled and stored in mid-air, and go on the same."""
 
 from __future__ import annotations
 
 import copy
 import pickle
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from functools import cache
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 import pytest
-from tests.physics.golden_effects import EVERYTHING
-from tests.unit.own_objects import (
-    SHORT,
-    Counting,
-    Lagging,
-    differing,
-    in_another_process,
-    wall,
-)
+from tests.physics.test_many_flights import rules
+from tests.unit.test_effects import EXAMPLES
 
 import omnimorph as om
+from omnimorph.design.writing import vehicle_text
+from omnimorph.errors import ScenarioError
+from omnimorph.protocols import FloatArray
+from omnimorph.simulation.plant import INTEGRATORS
 
-WORN = replace(SHORT, plant=replace(SHORT.plant, effects=EVERYTHING))
-SHARES = np.array([1.0, 0.5, 1.0, 1.0, 0.9, 1.0, 1.0, 0.75])
+PERIODS = 12
+WORN = om.PlantModel(physics_step=1e-3, control_period=4e-3, effects=EXAMPLES)
+Integrator = Literal["semi-implicit-euler", "runge-kutta-4"]
+Part = TypeVar("Part", om.SimulatedPlant, om.PoseController)
 
 
-def own(**parts: Any) -> om.Scenario:
-    """The short scenario with parts of one's own."""
-    return replace(SHORT, own=replace(SHORT.own, **parts))
+def restored(part: Part) -> Part:
+    """Return one of the same settings that was in another state before."""
+    other = copy.copy(part)
+    if isinstance(other, om.SimulatedPlant):
+        other.step(om.Command(np.zeros(8), np.zeros(1)))
+    else:
+        desired = om.load_scenario("hover").reference(0.0)
+        other(0.0, om.State(*desired[:4])._replace(p_WB=np.ones(3)), desired)
+    other.restore(part.stored_state())
+    return other
 
 
-FLIGHTS: dict[str, Callable[[], om.Scenario]] = {
-    "every effect": lambda: WORN,
-    "jointly": lambda: replace(
-        SHORT, allocator=om.load_scenario("tour").for_vehicle("voliro").allocator
-    ),
-    "own parts": lambda: own(controller=Counting(SHORT), estimator=Lagging(SHORT)),
-    "own engine": lambda: own(plant=wall()),
+BRANCHES: dict[str, Callable[[Any], Any]] = {
+    "copied": copy.copy,
+    "deep-copied": copy.deepcopy,
+    "pickled": lambda part: pickle.loads(pickle.dumps(part)),
+    "restored": restored,
 }
 
 
-def begun(scenario: om.Scenario) -> om.SteppedFlight:
-    """Return a flight under way, to which things were done."""
-    flight = om.SteppedFlight(scenario, seed=5, flight=2)
-    for k in range(25):
-        if k == 10:
-            flight.log("battery", [16.0, 15.5], unit="V")
-            if scenario.own.plant is None:
-                flight.set_effectiveness(SHARES)
-            if not scenario.own.given():
-                flight.change_controller("paper-case-b")
-        flight.step(np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]) if k > 15 else np.zeros(6))
-    return flight
+def fly(plant: om.SimulatedPlant, first: int) -> list[FloatArray]:
+    """Go on under commands that change in each period; return what was measured."""
+    rows = []
+    for k in range(first, first + PERIODS):
+        thrust = 1.6 + np.cos(k + np.arange(8.0))
+        measured = plant.step(om.Command(thrust, np.array([0.3 * np.sin(k)])))
+        rows += [part.ravel() for part in (*measured, plant.speed, plant.tilt, plant.wrench)]
+    return rows
 
 
-def finished(flight: om.SteppedFlight) -> om.Run:
-    flight.log("battery", [15.0, 14.5], unit="V")
-    flight.step(np.array([0.0, 2.0, 0.0, 0.0, 0.0, 0.0]))
-    flight.fly()
-    return flight.as_run()
+def steer(controller: om.PoseController, first: int) -> list[FloatArray]:
+    """Step a controller along the way to somewhere; return all that it answers."""
+    rows = []
+    reference = om.load_scenario("paper-case-b").reference
+    for k in range(first, first + PERIODS):
+        desired = reference(0.4 * k)
+        lagging = om.State(*reference(0.4 * k - 0.1 * (k > 0))[:4])
+        a = controller.step(lagging, desired)
+        rows += [a.thrust, a.tilt, a.active, a.wrench_asked, np.array([a.cost, a.kkt_residual])]
+    return rows
 
 
-@pytest.mark.parametrize("name", FLIGHTS)
-def test_branches_fly_on_the_same_to_the_last_bit(name: str) -> None:
-    flight = begun(FLIGHTS[name]())
-    branches = copy.copy(flight), copy.deepcopy(flight), pickle.loads(pickle.dumps(flight))
-    state = flight.state.acceleration
-    runs = [finished(one) for one in (*branches, flight)]
-    assert {run.outcome for run in runs} == {om.Outcome.COMPLETED}
-    for run in runs[:-1]:
-        assert differing(run, runs[-1]) == []
-        assert run.provenance == runs[-1].provenance
-    assert flight.state.acceleration is not state
-    assert runs[0]["battery"][60].tolist() == [16.0, 15.5]
+def plant_in_mid_air(integrator: Integrator = "semi-implicit-euler") -> om.SimulatedPlant:
+    plant = om.SimulatedPlant("omnimorph", replace(WORN, integrator=integrator), seed=5, flight=3)
+    fly(plant, 0)
+    return plant
 
 
-def test_a_branch_flies_on_in_another_process() -> None:
-    flight = begun(own(controller=Counting(SHORT)))
+scenario_of = cache(rules)
+
+
+def controller_in_mid_air(rule: str = "jointly") -> om.PoseController:
+    controller = scenario_of()[rule].build_controller()
+    steer(controller, 0)
+    return controller
+
+
+@pytest.mark.parametrize("branched", BRANCHES)
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_branch_of_a_plant_flies_the_same_to_the_last_bit(
+    integrator: Integrator, branched: str
+) -> None:
+    """With all effects: noise, filters, lags, and commands under way."""
+    plant = plant_in_mid_air(integrator)
+    before = plant.stored_state()
+    branch = BRANCHES[branched](plant)
+    assert branch.stored_state() == before
+    flown = fly(branch, PERIODS)
+    assert plant.stored_state() == before  # which has not moved with its branch
+    np.testing.assert_array_equal(np.concatenate(fly(plant, PERIODS)), np.concatenate(flown))
+    assert plant.stored_state() == branch.stored_state() != before
+
+
+@pytest.mark.parametrize("branched", BRANCHES)
+@pytest.mark.parametrize("rule", sorted(rules()))
+def test_a_branch_of_a_controller_answers_the_same_to_the_last_bit(
+    rule: str, branched: str
+) -> None:
+    """Beginning with empty caches, beside one that has its own."""
+    controller = controller_in_mid_air(rule)
+    before = controller.stored_state()
+    branch = BRANCHES[branched](controller)
+    answers = steer(branch, PERIODS)
+    assert controller.stored_state() == before
+    np.testing.assert_array_equal(
+        np.concatenate(steer(controller, PERIODS)), np.concatenate(answers)
+    )
+    assert controller.stored_state() == branch.stored_state() != before
+
+
+def test_the_attitude_that_gives_way_goes_into_a_branch() -> None:
+    quadrotor = om.load_scenario("tour").for_vehicle("quadrotor")
+    assert quadrotor.attitude_gives_way
+    controller = quadrotor.build_controller()
+    steer(controller, 0)
+    branch = pickle.loads(pickle.dumps(controller))
+    for one, other in zip(steer(controller, PERIODS), steer(branch, PERIODS), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_a_branch_flies_the_same_in_another_process() -> None:
+    plant, controller = plant_in_mid_air("runge-kutta-4"), controller_in_mid_air()
     code = (
         "import pickle, sys\n"
-        "flight = pickle.load(sys.stdin.buffer)\n"
-        "flight.fly()\n"
-        "pickle.dump(flight.as_run(), sys.stdout.buffer)\n"
+        "from tests.unit.test_branches import PERIODS, fly, steer\n"
+        "plant, controller = pickle.load(sys.stdin.buffer)\n"
+        "rows = fly(plant, PERIODS) + steer(controller, PERIODS)\n"
+        "sys.stdout.buffer.write(pickle.dumps((rows, plant, controller)))\n"
     )
-    there = pickle.loads(in_another_process(code, pickle.dumps(flight)))
-    flight.fly()
-    assert differing(there, flight.as_run()) == []
-    assert there.content_hash == flight.as_run().content_hash
+    sent = pickle.dumps((plant, controller))
+    done = subprocess.run([sys.executable, "-c", code], input=sent, capture_output=True, check=True)
+    rows, *ends = pickle.loads(done.stdout)
+    here = fly(plant, PERIODS) + steer(controller, PERIODS)
+    np.testing.assert_array_equal(np.concatenate(rows), np.concatenate(here))
+    assert [end.stored_state() for end in ends] == [
+        plant.stored_state(),
+        controller.stored_state(),
+    ]
 
 
-def test_a_branch_does_not_touch_the_flight_it_came_from() -> None:
-    flight, untouched = begun(FLIGHTS["own parts"]()), begun(FLIGHTS["own parts"]())
-    branch = copy.copy(flight)
-    for _ in range(5):
-        branch.step(np.array([0.0, 0.0, 50.0, 0.0, 0.0, 0.0]))
-    branch.log("other", 1.0)
-    assert differing(finished(flight), finished(untouched)) == []
-    assert "other" not in flight.as_run().logged
+def test_what_a_subclass_adds_goes_with_it() -> None:
+    class Named(om.SimulatedPlant):
+        pass
+
+    plant = Named("omnimorph", WORN)
+    plant.nickname = "Otto"  # type: ignore[attr-defined]
+    branch = copy.deepcopy(plant)
+    assert type(branch) is Named
+    assert vars(branch)["nickname"] == "Otto"
 
 
-def test_a_flight_of_an_engine_is_copied_and_not_restored() -> None:
-    flight = begun(FLIGHTS["own engine"]())
-    with pytest.raises(om.InputError, match="copy or pickle the flight"):
-        flight.restore(flight.stored_state())
-    with pytest.raises(om.InputError, match=r"effectiveness .* left to the plant"):
-        flight.set_effectiveness(SHARES)
+@pytest.mark.parametrize(
+    "record",
+    [
+        om.load_vehicle("omnimorph"),
+        om.load_vehicle("omav-12"),
+        om.load_plant("realistic"),
+        WORN,
+        om.load_scenario("tour"),
+        om.load_scenario("paper-case-b").for_vehicle("omnimorph-2026"),
+    ],
+    ids=lambda record: f"{type(record).__name__} {record.name}",
+)
+@pytest.mark.parametrize("branched", ["copied", "deep-copied", "pickled"])
+def test_a_copy_of_a_record_is_what_it_is(record: Any, branched: str) -> None:
+    again = BRANCHES[branched](record)
+    assert type(again) is type(record)
+    if isinstance(record, om.Vehicle):
+        assert vehicle_text(again) == vehicle_text(record)
+    else:
+        assert again.as_file() == record.as_file()
 
 
-def test_a_controller_in_python_cannot_be_taken_on_the_way() -> None:
-    with pytest.raises(om.InputError, match="written in Python"):
-        begun(SHORT).change_controller(own(controller=Counting(SHORT)))
+# --- what is refused -----------------------------------------------------------------------------
+
+
+@cache
+def plant_state() -> bytes:
+    return plant_in_mid_air().stored_state()
+
+
+@cache
+def controller_state() -> bytes:
+    return controller_in_mid_air().stored_state()
+
+
+def flight_state() -> bytes:
+    flown = replace(om.load_scenario("paper-case-b"), plant=WORN)
+    return om.SteppedFlight(flown).stored_state()
+
+
+def assert_refused(part: om.SimulatedPlant | om.PoseController, state: Any, why: str) -> None:
+    before = part.stored_state()
+    with pytest.raises(ScenarioError, match=rf"^the state of the {part.kind} cannot be .*{why}"):
+        part.restore(state)
+    assert part.stored_state() == before
+
+
+@pytest.mark.parametrize("kind", ["plant", "controller"])
+def test_changed_and_shortened_bytes_are_refused(kind: str) -> None:
+    part: om.SimulatedPlant | om.PoseController
+    if kind == "plant":
+        part, state = om.SimulatedPlant("omnimorph", WORN), plant_state()
+    else:
+        part, state = scenario_of()["jointly"].build_controller(), controller_state()
+    random = np.random.default_rng(7)
+    for at in (*range(70), *random.integers(len(state), size=200)):
+        changed = bytearray(state)
+        changed[at] ^= 1 << int(random.integers(8))
+        assert_refused(part, bytes(changed), "because it (is|was) ")
+    for length in (0, 1, 63, 64, 65, len(state) - 1):
+        assert_refused(part, state[:length], "because it is broken")
+    assert_refused(part, state + b"\0", "because it is broken")
+    part.restore(state)
+    assert part.stored_state() == state
+
+
+@pytest.mark.parametrize("state", [None, "state", 3.5, [0.5], 3, {1: 2}])
+def test_a_state_is_bytes(state: object) -> None:
+    assert_refused(om.SimulatedPlant("omnimorph", WORN), state, "must be what a plant like it has")
+
+
+def test_a_state_is_not_that_of_something_else() -> None:
+    plant = om.SimulatedPlant("omnimorph", WORN)
+    for foreign in (controller_state(), flight_state()):
+        assert_refused(plant, foreign, "not stored by a plant; it must be")
+    controller = scenario_of()["jointly"].build_controller()
+    for foreign in (plant_state(), flight_state()):
+        assert_refused(controller, foreign, "not stored by a controller; it must be")
+    flight = om.SteppedFlight(replace(om.load_scenario("paper-case-b"), plant=WORN))
+    with pytest.raises(ScenarioError, match="not stored by a flight; it must be"):
+        flight.restore(plant_state())
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        om.SimulatedPlant("quadrotor", om.PlantModel(physics_step=1e-3, control_period=4e-3)),
+        om.SimulatedPlant("omnimorph", replace(WORN, effects=())),  # without a delay
+        om.SimulatedPlant("omnimorph", replace(WORN, control_period=2e-3)),
+        om.SimulatedPlant("omnimorph", replace(WORN, physics_step=2e-3)),
+    ],
+)
+def test_a_state_is_one_of_the_same_counts_and_times(other: om.SimulatedPlant) -> None:
+    assert_refused(other, plant_state(), "rotors, servos, delay or time steps differ; it must be")
+
+
+def test_a_state_of_a_controller_is_one_of_the_same_period() -> None:
+    scenario = scenario_of()["jointly"]
+    slower = replace(scenario, plant=replace(scenario.plant, control_period=8e-3))
+    assert_refused(slower.build_controller(), controller_state(), "time steps differ; it must be")

@@ -1,4 +1,4 @@
-"""What the plant that is stepped from Python refuses, in one sentence."""
+"""The plant that is stepped from Python: how it begins anew, and what it refuses."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 import omnimorph as om
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import ScenarioError, VehicleError
+from omnimorph.protocols import Plant
 
 VEHICLE = om.load_vehicle("omnimorph")
 REST = om.Command(np.zeros(8), np.zeros(1))
 UPRIGHT = (np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
+MOVING = om.State(np.ones(3), np.eye(3)[[1, 2, 0]], np.array([0.5, 0.0, -1.0]), np.full(3, 0.25))
+THRUST = np.linspace(1.0, 2.0, 8)
 
 
 def plant(**given: Any) -> om.SimulatedPlant:
@@ -32,10 +35,10 @@ def test_steps_are_a_whole_number(steps: Any) -> None:
         plant().step_physics(steps)
 
 
-@pytest.mark.parametrize("disturbance", [None, np.zeros(5), np.full(6, np.inf)])
-def test_a_disturbance_is_a_wrench(disturbance: Any) -> None:
-    with pytest.raises(ScenarioError, match=r"disturbance is .* six finite numbers"):
-        plant().step_physics(1, disturbance)
+@pytest.mark.parametrize("push", [None, np.zeros(5), np.full(6, np.inf)])
+def test_a_push_is_a_wrench(push: Any) -> None:
+    with pytest.raises(ScenarioError, match=r"push is .* six finite numbers"):
+        plant().step_physics(1, push)
 
 
 @pytest.mark.parametrize("command", [None, 3, REST[:1], (*REST, 0.0), (REST.tilt, REST.thrust)])
@@ -55,3 +58,70 @@ def test_noise_is_that_of_an_integer(which: str, seed: Any) -> None:
 def test_a_start_is_a_state(start: Any) -> None:
     with pytest.raises(ScenarioError, match=r"start is .* a State of finite numbers"):
         plant(start=start)
+
+
+# --- beginning anew ------------------------------------------------------------------------------
+
+
+def test_it_is_a_plant_that_can_be_flown() -> None:
+    """mypy checks the assignment; what it promises is there."""
+    flown: Plant = om.SimulatedPlant(VEHICLE, om.load_plant("realistic"))
+    flown.reset(MOVING, np.array([0.2]), THRUST, 3)
+    flown.send(om.Command(THRUST, np.array([0.2])))
+    flown.step_physics(4, np.zeros(6))
+    motion = flown.motion
+    assert flown.control_period == 4 * flown.physics_step == 4e-3
+    assert motion.speed is not None
+    assert motion.tilt is not None
+    np.testing.assert_array_equal(motion.speed, flown.speed)
+    np.testing.assert_array_equal(motion.tilt, flown.tilt)
+    assert flown.wrench.shape == (6,)
+
+
+@pytest.mark.parametrize("seed", [0, 7, 2**64 - 1, 2**64, 5 << 64 | 7, 2**96 - 1])
+def test_one_that_begins_anew_is_a_new_one_to_the_last_bit(seed: int) -> None:
+    noise = om.effects.MeasurementNoise(position=1e-3, attitude=1e-2, filtered=True)
+    delay = om.effects.CommandDelay(time=3e-3)
+    model = om.PlantModel(effects=(noise, delay, om.effects.RotorLag(up=0.01, down=0.02)))
+    flight, low = divmod(seed, 2**64)
+    new = om.SimulatedPlant(
+        VEHICLE,
+        model,
+        start=MOVING,
+        start_tilt=0.2,
+        start_thrust=THRUST,
+        seed=low,
+        flight=flight,
+    )
+    used = om.SimulatedPlant(VEHICLE, model, seed=99)
+    for _ in range(5):
+        used.step(om.Command(THRUST[::-1], np.array([-0.5])))
+    used.reset(MOVING, np.array([0.2]), THRUST, seed)
+    assert used.stored_state() == new.stored_state()
+    for _ in range(5):
+        for one, same in zip(new.step(REST), used.step(REST), strict=True):
+            np.testing.assert_array_equal(one, same)
+    assert used.stored_state() == new.stored_state()
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        ({"state": UPRIGHT[:3]}, "start is .* a State of finite numbers"),
+        ({"state": MOVING._replace(p_WB=np.full(3, np.nan))}, "start is .* a State of finite"),
+        ({"state": MOVING._replace(R_WB=2 * np.eye(3))}, "attitude of the start is"),
+        ({"tilt": np.zeros(2)}, "tilt is .* one finite angle"),
+        ({"thrust": THRUST[1:]}, "start_thrust is .* 8 finite numbers"),
+        ({"thrust": "much"}, "start_thrust is .much., but it must be 8 finite numbers"),
+        ({"seed": -1}, "seed is -1, but it must be an integer from 0"),
+        ({"seed": 2**96}, "seed is .* an integer from 0"),
+        ({"seed": 0.5}, "seed is 0.5, but it must be an integer from 0"),
+    ],
+)
+def test_what_it_cannot_begin_with_is_refused_and_changes_nothing(given: Any, why: str) -> None:
+    begun = plant()
+    begun.step(REST)
+    before = begun.stored_state()
+    with pytest.raises((ScenarioError, VehicleError), match=why):
+        begun.reset(**{"state": MOVING, "tilt": 0.0, "thrust": THRUST, "seed": 0} | given)
+    assert begun.stored_state() == before

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
+from omnimorph.arrays import as_numbers
 from omnimorph.control.allocators import AllocationRule, RuleLike
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import GainsLike, TrackingGains
@@ -15,8 +16,9 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
-from omnimorph.model.core import as_core, as_tilt, in_float64, state_row
+from omnimorph.model.core import as_core, as_thrust, as_tilt, in_float64, state_row
 from omnimorph.model.dynamics import hover_thrust
+from omnimorph.model.stored_state import Storable
 from omnimorph.protocols import Command, Desired, FloatArray, State
 
 if TYPE_CHECKING:
@@ -96,10 +98,11 @@ def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:
     return ScenarioError.at(rule.kind, key, rule.as_file()[key], allowed)
 
 
-class PoseController:
+class PoseController(Storable):
     """Pose tracking and allocation for one vehicle, in the compiled core.
 
     It remembers its last command, to which the next one is tied (W3, and the tilt's rate limit).
+    It can be copied and pickled between two steps, and goes on the same to the last bit.
 
     Parameters
     ----------
@@ -129,6 +132,9 @@ class PoseController:
     True
     """
 
+    kind: ClassVar[str] = "controller"
+    _in_core: _core.Controller
+
     def __init__(
         self,
         vehicle: VehicleLike,
@@ -139,26 +145,35 @@ class PoseController:
         start_thrust: FloatArray | None = None,
         lateral_force: float | None = None,
     ) -> None:
-        vehicle = as_vehicle(vehicle)
-        self.vehicle = vehicle
+        self.vehicle = vehicle = as_vehicle(vehicle)
         tilt = as_tilt(vehicle, start_tilt)
-        thrust = hover_thrust(vehicle, tilt) if start_thrust is None else start_thrust
-        settings = core_settings(vehicle, gains, rule, control_period, lateral_force)
-        self._controller = _core.new_controller(settings, thrust, tilt)
+        if start_thrust is None:
+            start_thrust = hover_thrust(vehicle, tilt)
+        self._settings = gains, rule, control_period, lateral_force
+        self._in_core = self._new_core(
+            as_thrust(vehicle, start_thrust, "the controller", "start_thrust"), tilt
+        )
+
+    def _new_core(
+        self, thrust: FloatArray | None = None, tilt: FloatArray | None = None
+    ) -> _core.Controller:
+        thrust = np.zeros(self.vehicle.n_rotors) if thrust is None else thrust
+        tilt = np.zeros(self.vehicle.n_servos) if tilt is None else tilt
+        return _core.new_controller(core_settings(self.vehicle, *self._settings), thrust, tilt)
 
     def __call__(self, time: float, state: State, desired: Desired) -> Command:
         """Return the command for this control step (satisfies `omnimorph.protocols.Controller`)."""
-        allocation = self.step(state_row(*state), state_row(*desired))
+        allocation = self.step(state, desired)
         return Command(allocation.thrust, allocation.tilt)
 
-    def step(self, state: FloatArray, desired: FloatArray) -> Allocation:
-        """Return the allocation for this control step, the fast way.
+    def step(self, state: State | FloatArray, desired: Desired | FloatArray) -> Allocation:
+        """Return the allocation for this control step, with all that the core knows of it.
 
         Parameters
         ----------
-        state : (18,) array
+        state : State or (18,) array
             p_WB, R_WB row by row, v_WB, w_WB_B.
-        desired : (24,) array
+        desired : Desired or (24,) array
             The same of the reference, then a_WB and dw_WB_B.
 
         Returns
@@ -166,12 +181,24 @@ class PoseController:
         Allocation
             ``thrust`` (N), ``tilt`` (rad), ``cost``, ``kkt_residual`` of the scaled problem,
             ``active`` (−1, 0, +1 for each thrust) and ``wrench_asked`` (N, N m, in B).
-        """
-        return self._controller.step(state, desired)
 
-    def allocate(self, acceleration: FloatArray, state: State) -> Allocation:
+        Raises
+        ------
+        ScenarioError
+            If they are not so many numbers.
+        """
+        try:
+            return self._in_core.step(state, desired)
+        except (TypeError, ValueError):  # not yet so many numbers in float64
+            return self._in_core.step(_row("state", state, 18), _row("desired", desired, 24))
+
+    def allocate(self, acceleration: FloatArray, state: State | FloatArray) -> Allocation:
         """Return the allocation for a (6,) acceleration, m/s² in W and rad/s² in B."""
-        return self._controller.allocate(state_row(*state), acceleration)
+        try:
+            return self._in_core.allocate(state, acceleration)
+        except (TypeError, ValueError):  # not yet so many numbers in float64
+            wish = _row("acceleration", acceleration, 6)
+            return self._in_core.allocate(_row("state", state, 18), wish)
 
     def replay(self, states: FloatArray, desired: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the commands for many control steps, one after the other, without Python between.
@@ -197,4 +224,12 @@ class PoseController:
         if measured.ndim != 2 or measured.shape != (len(wished), 18) or wished.shape[1:] != (24,):
             shapes = f"{measured.shape} and {wished.shape}"
             raise ScenarioError.at("replay", "shape of its arrays", shapes, "(K, 18) and (K, 24)")
-        return self._controller.replay(measured, wished)
+        return self._in_core.replay(measured, wished)
+
+
+def _row(name: str, value: object, size: int) -> FloatArray:
+    """Return so many numbers, given as an array of them or in parts, as one row of float64."""
+    row = state_row(*value) if isinstance(value, (tuple, list)) else as_numbers(value).reshape(-1)
+    if row.size != size:
+        raise ScenarioError.at("the controller", name, value, f"{size} numbers")
+    return row

@@ -14,10 +14,10 @@ from omnimorph.arrays import as_numbers
 from omnimorph.design.keys import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import fields_of
-from omnimorph.errors import VehicleError
+from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["as_core", "as_tilt", "core_fields", "in_float64", "state_row"]
+__all__ = ["as_core", "as_thrust", "as_tilt", "core_fields", "in_float64", "state_row"]
 
 _LARGEST_TILT = OF_VEHICLES["angle_max_deg"].in_SI("deg").most
 _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
@@ -86,6 +86,21 @@ def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
         allowed += f", at most {_LARGEST_TILT:g}"
         raise VehicleError.at(f"vehicle {vehicle.name}", "tilt", tilt, allowed)
     return angles
+
+
+def as_thrust(vehicle: Vehicle, thrust: ArrayLike, place: str, name: str) -> FloatArray:
+    """Return one thrust for each rotor, N; a refusal says where it stands and what it is called.
+
+    Raises
+    ------
+    ScenarioError
+        If they are not that many finite numbers.
+    """
+    thrusts = as_numbers(thrust)
+    if thrusts.shape != (vehicle.n_rotors,) or not np.isfinite(thrusts).all():
+        allowed = f"{vehicle.n_rotors} finite numbers of newtons"
+        raise ScenarioError.at(place, name, thrust, allowed)
+    return thrusts
 
 
 def state_row(*parts: ArrayLike) -> FloatArray:

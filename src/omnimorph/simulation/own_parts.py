@@ -71,7 +71,6 @@ class PartFailed(Exception):
             trace = trace.tb_next
         return f"{said} ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
 
-
     def refuse(self) -> NoReturn:
         """Raise what a user reads where nothing has been flown that could be kept."""
         if isinstance(self.error, ScenarioError):

@@ -1,8 +1,10 @@
-"""A plant to fly step by step (`SimulatedPlant`); what it is made of is a `PlantModel`."""
+"""A plant that is stepped from Python (`SimulatedPlant`); `PlantModel` is what it is made of."""
 
 from __future__ import annotations
 
 import operator
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +13,9 @@ from omnimorph import _core
 from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
-from omnimorph.model.core import as_tilt, state_row
+from omnimorph.model.core import as_thrust, as_tilt, state_row
 from omnimorph.model.dynamics import hover_thrust
+from omnimorph.model.stored_state import Storable
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.plant_files import PlantLike, as_plant
@@ -33,13 +36,16 @@ __all__ = [
 _NO_WRENCH = np.zeros(6)
 NOT_ASKED = np.full(6, np.nan)
 """The wrench asked for by what gives commands alone."""
+_AT_ORIGIN = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": slice(15, 18)}
 """Of the 18 numbers of a state, by the core's names."""
 
 
-class SimulatedPlant:
+class SimulatedPlant(Storable):
     """A plant that is stepped from Python (satisfies `omnimorph.protocols.Plant`).
+
+    It can be copied and pickled in the middle of a flight, and goes on the same to the last bit.
 
     Parameters
     ----------
@@ -66,6 +72,9 @@ class SimulatedPlant:
     -0.00981
     """
 
+    kind: ClassVar[str] = "plant"
+    _in_core: _core.Plant
+
     def __init__(
         self,
         vehicle: VehicleLike,
@@ -77,55 +86,114 @@ class SimulatedPlant:
         seed: int = 0,
         flight: int = 0,
     ) -> None:
-        vehicle, plant = as_vehicle(vehicle), as_plant(plant)
-        if start is None:
-            start = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
-        tilt = as_tilt(vehicle, start_tilt)
-        self.plant = plant
-        self._steps_of_control = control_steps(plant)
-        thrust = hover_thrust(vehicle, tilt)
-        if start_thrust is not None:
-            thrust = as_numbers(start_thrust)
-        if thrust.shape != (vehicle.n_rotors,) or not np.isfinite(thrust).all():
-            allowed = f"{vehicle.n_rotors} finite numbers of newtons"
-            raise ScenarioError.at("plant", "start_thrust", start_thrust, allowed)
-        parts = [as_numbers(part) for part in start] if isinstance(start, tuple) else []
-        row = state_row(*parts, ())
-        if [part.size for part in parts] != [3, 9, 3, 3] or not np.isfinite(row).all():
-            raise ScenarioError.at("plant", "start", start, "a State of finite numbers")
-        if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
-            raise ScenarioError.at("plant", "attitude of the start", start[1], ROTATION)
-        begins = {"motion": core_motion(row), "command": {"thrust": thrust, "tilt": tilt}}
-        settings = _core.LoopSettings(plant.core_fields(vehicle) | {"start": begins})
+        self.vehicle, self.plant = as_vehicle(vehicle), as_plant(plant)
+        self._steps_of_control = control_steps(self.plant)
+        tilt = as_tilt(self.vehicle, start_tilt)
+        if start_thrust is None:
+            start_thrust = hover_thrust(self.vehicle, tilt)
         seed = whole_number("plant", "seed", seed, 64)
         flight = whole_number("plant", "flight", flight, 32)
-        self._plant = _core.new_plant(settings=settings, seed=seed, flight=flight)
-        self._counts = vehicle.n_rotors, vehicle.n_servos
+        self.reset(_AT_ORIGIN if start is None else start, tilt, start_thrust, flight << 64 | seed)
+
+    def reset(self, state: State, tilt: ArrayLike, thrust: ArrayLike, seed: int) -> None:
+        """Begin anew, the same to the last bit as a new plant.
+
+        Parameters
+        ----------
+        state : State
+            Where it is, and how it moves.
+        tilt : float or (m,), rad
+            The servos' angles.
+        thrust : (n,), N
+            What the rotors give, and are asked for until the first command.
+        seed : int
+            Which noise: the lower 64 bits are the seed, the 32 above them the number of the flight.
+
+        Raises
+        ------
+        ScenarioError
+            If one of them is of another shape or not finite.
+
+        Examples
+        --------
+        >>> import numpy as np, omnimorph as om
+        >>> plant = om.SimulatedPlant("omnimorph", om.PlantModel())
+        >>> start = plant.motion
+        >>> fallen = plant.step_physics(100, np.array([0.0, 0.0, -5.0, 0.0, 0.0, 0.0]))
+        >>> plant.reset(start, 0.0, np.full(8, 1.6), seed=0)
+        >>> plant.time, float(plant.motion.p_WB[2])
+        (0.0, 0.0)
+        """
+        command = {
+            "thrust": as_thrust(self.vehicle, thrust, "plant", "start_thrust"),
+            "tilt": as_tilt(self.vehicle, tilt),
+        }
+        motion = core_motion(_start_row(state))
+        self._seed = whole_number("plant", "seed", seed, 96)
+        self._in_core = self._new_core({"motion": motion, "command": command})
+
+    def _new_core(self, start: Mapping[str, Any] | None = None) -> _core.Plant:
+        if start is None:
+            n, m = self.vehicle.n_rotors, self.vehicle.n_servos
+            nothing = {"thrust": np.zeros(n), "tilt": np.zeros(m)}
+            start = {"motion": core_motion(_start_row(_AT_ORIGIN)), "command": nothing}
+        settings = _core.LoopSettings(self.plant.core_fields(self.vehicle) | {"start": start})
+        flight, seed = divmod(self._seed, 2**64)
+        return _core.new_plant(settings=settings, seed=seed, flight=flight)
 
     @property
     def time(self) -> float:
         """Time since the start, s."""
-        return self._plant.step * self.plant.physics_step
+        return self._in_core.step * self.plant.physics_step
+
+    @property
+    def physics_step(self) -> float:
+        """Time that one step of `step_physics` takes, s."""
+        return self.plant.physics_step
+
+    @property
+    def control_period(self) -> float:
+        """Time between two commands, s."""
+        return self.plant.control_period
+
+    @property
+    def motion(self) -> State:
+        """The true motion, with the speeds, tilts and accelerations as they are."""
+        return State(*self.state, self.speed, self.tilt, self.acceleration)
 
     @property
     def state(self) -> State:
         """The true motion."""
-        return as_state(self._plant.motion())
+        return as_state(self._in_core.motion())
 
     @property
     def speed(self) -> FloatArray:
         """Actual rotor speeds, (n,) rad/s."""
-        return self._plant.speed()
+        return self._in_core.speed()
 
     @property
     def tilt(self) -> FloatArray:
         """Actual servo angles, (m,) rad."""
-        return self._plant.tilt()
+        return self._in_core.tilt()
+
+    @property
+    def thrust(self) -> FloatArray:
+        """What the rotors give along their axes now, (n,) N, less what wakes and damage take."""
+        return self._in_core.thrust()
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """The (6,) acceleration now: linear (m/s², in W), then angular (rad/s², in B).
+
+        By the true mass and inertia, of the rotors, gravity, all effects and the last push; with
+        the actuators held, so without the torques of spinning rotors up and turning their axes.
+        """
+        return self._in_core.acceleration()
 
     @property
     def wrench(self) -> FloatArray:
         """The (6,) wrench that the rotors make now, N and N m, in B."""
-        return self._plant.wrench()
+        return self._in_core.wrench()
 
     def hub_load(self, rotor: int) -> FloatArray:
         """Return what a rotor loads its hub with now: force (N) and torque (N m), (6,), in B.
@@ -138,22 +206,22 @@ class SimulatedPlant:
         ScenarioError
             If there is no such rotor; they are counted from 0.
         """
-        n_rotors = self._counts[0]
+        n_rotors = self.vehicle.n_rotors
         try:
             index = operator.index(rotor)
         except TypeError:
             index = -1
         if isinstance(rotor, bool) or not 0 <= index < n_rotors:
             raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
-        return self._plant.hub_load(index)
+        return self._in_core.hub_load(index)
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
-        return as_state(self._plant.measure())
+        return as_state(self._in_core.measure())
 
     def send(self, command: Command) -> None:
         """Put a command on its way to the actuators; at the beginning of a control period."""
-        if self._plant.step % self._steps_of_control:
+        if self._in_core.step % self._steps_of_control:
             allowed = f"a multiple of the control period, {self.plant.control_period:g} s"
             raise ScenarioError.at("plant", "time of the command", self.time, allowed)
         try:
@@ -162,20 +230,20 @@ class SimulatedPlant:
             raise _unfit_command(problem) from None
         if not all(np.isfinite(part).all() for part in parts):
             raise ScenarioError.at("plant", "command", tuple(command), "finite numbers")
-        if tuple(part.size for part in parts) != self._counts:
+        if [part.size for part in parts] != [self.vehicle.n_rotors, self.vehicle.n_servos]:
             sizes = ", ".join(str(part.size) for part in parts)
             raise _unfit_command(ValueError(f"its parts are of so many numbers: {sizes}"))
-        self._plant.send(*parts)
+        self._in_core.send(*parts)
 
-    def step_physics(self, steps: int = 1, disturbance: FloatArray = _NO_WRENCH) -> State:
+    def step_physics(self, steps: int = 1, push: FloatArray = _NO_WRENCH) -> State:
         """Go on by physics steps under the commands sent; return the true motion.
 
-        `disturbance` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
+        `push` is a (6,) wrench held over the steps: force (N, in W), torque (N m, in B).
         """
-        push, steps = as_numbers(disturbance), whole_number("plant", "steps", steps, 31)
-        if push.shape != (6,) or not np.isfinite(push).all():
-            raise ScenarioError.at("plant", "disturbance", disturbance, "six finite numbers")
-        self._integrate(steps, push)
+        wrench, steps = as_numbers(push), whole_number("plant", "steps", steps, 31)
+        if wrench.shape != (6,) or not np.isfinite(wrench).all():
+            raise ScenarioError.at("plant", "push", push, "six finite numbers")
+        self._integrate(steps, wrench)
         return self.state
 
     def step(self, command: Command) -> State:
@@ -184,10 +252,21 @@ class SimulatedPlant:
         self._integrate(self._steps_of_control, _NO_WRENCH)
         return self.measure()
 
-    def _integrate(self, steps: int, disturbance: FloatArray) -> None:
-        self._plant.advance(steps, disturbance)
-        if not np.isfinite(self._plant.motion()).all():
+    def _integrate(self, steps: int, push: FloatArray) -> None:
+        self._in_core.advance(steps, push)
+        if not np.isfinite(self._in_core.motion()).all():
             raise OmnimorphError("The plant cannot go on: its motion is no longer finite.")
+
+
+def _start_row(state: State) -> FloatArray:
+    """Return the 18 numbers of a state that a plant can begin with."""
+    parts = [as_numbers(part) for part in state] if isinstance(state, tuple) else []
+    row = state_row(*parts, ())
+    if [part.size for part in parts] != [3, 9, 3, 3] or not np.isfinite(row).all():
+        raise ScenarioError.at("plant", "start", state, "a State of finite numbers")
+    if not are_rotations(row[3:12].reshape(1, 3, 3)).all():
+        raise ScenarioError.at("plant", "attitude of the start", state[1], ROTATION)
+    return row
 
 
 def core_motion(row: FloatArray) -> dict[str, FloatArray]:

@@ -3,7 +3,8 @@
 
 #include <memory>
 
-#include "settings.hpp"
+#include "../plant/acceleration.hpp"
+#include "loop.hpp"
 
 namespace omnimorph {
 
@@ -26,6 +27,32 @@ template <class T, int N> class SimulatedPlant {
     const PlantState<T, N>& state() const { return state_; }
     long step() const { return step_; }
 
+    /// As it is now, under the push of the last physics step.
+    Vec6<T> acceleration() const { return omnimorph::acceleration(plant_, state_, step_, push_); }
+
+    /// What it remembers, as the state of a flight that holds nothing else.
+    FlightState<T, N> stored() const {
+        FlightState<T, N> x{};
+        x.step = step_;
+        x.plant = state_;
+        x.estimator = estimator_;
+        x.decided.command = command_;
+        x.push = push_;
+        return x;
+    }
+    /// Null, if commands are in force at once.
+    const DelayLine<T, N>* delay_line() const { return delay_line_.get(); }
+
+    /// Go on from what a plant like it remembered.
+    void restore(const FlightState<T, N>& x, const DelayLine<T, N>* delay_line) {
+        step_ = x.step;
+        state_ = x.plant;
+        estimator_ = x.estimator;
+        command_ = x.decided.command;
+        push_ = x.push;
+        if (delay_line_ != nullptr && delay_line != nullptr) *delay_line_ = *delay_line;
+    }
+
     /// The estimate of the motion in this control step.
     Motion<T> measure() {
         const auto now = static_cast<std::uint32_t>(step_ / control_every_);
@@ -39,6 +66,7 @@ template <class T, int N> class SimulatedPlant {
 
     /// One physics step under the command in force and a push (force in W, torque in B).
     void advance(const Vec6<T>& push) {
+        push_ = push;
         omnimorph::advance(plant_, in_force(), step_, push, state_);
         ++step_;
     }
@@ -62,6 +90,7 @@ template <class T, int N> class SimulatedPlant {
     PlantState<T, N> state_;
     EstimatorState<T> estimator_;
     Command<T, N> command_;
+    Vec6<T> push_ = Vec6<T>::zero();  // from outside, in the last physics step
     std::unique_ptr<DelayLine<T, N>> delay_line_;
 };
 

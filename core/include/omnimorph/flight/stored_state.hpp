@@ -1,4 +1,5 @@
-// A state of a flight as bytes, from which it is resumed, the same to the last bit.
+// A state of a flight, or of a plant or controller by itself, as bytes, from which it is resumed, the same to the last
+// bit.
 #pragma once
 
 #include <string>
@@ -30,13 +31,18 @@ template <class X> void describe(std::string& layout) {
     }
 }
 
-/// FNV-1a of the layout: states whose records differ in any field have different versions.
+/// FNV-1a
+template <class Bytes> std::uint64_t hash_of(Bytes first, Bytes last) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (; first != last; ++first) hash = (hash ^ static_cast<unsigned char>(*first)) * 0x100000001b3u;
+    return hash;
+}
+
+/// States whose records differ in any field have different versions.
 template <class X> std::uint64_t version_of() {
     std::string layout;
     describe<X>(layout);
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : layout) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    return hash;
+    return hash_of(layout.begin(), layout.end());
 }
 
 template <class X> void append(std::vector<unsigned char>& bytes, const X& record) {
@@ -62,37 +68,50 @@ template <class X> bool extract(const std::vector<unsigned char>& bytes, std::si
 
 }  // namespace stored
 
+/// What a state is one of. A plant has no controller's part of it, and a controller no plant's.
+enum class StoredKind : std::int64_t { flight, plant, controller };
+
+inline const char* name_of(StoredKind kind) {
+    return kind == StoredKind::flight ? "flight" : kind == StoredKind::plant ? "plant" : "controller";
+}
+
 /// What stands before a stored state.
 struct StateHeader {
     std::uint64_t version = stored::version_of<FlightState<double, 0>>() ^ stored::version_of<DelayLine<double, 0>>();
+    StoredKind kind = StoredKind::flight;
     std::int64_t n_rotors = 0, n_servos = 0, has_delay_line = 0;
     std::int64_t control_every = 0;  // physics steps
     double physics_step = 0;         // s: the time of a state is counted in it
+    std::uint64_t hash = 0;          // of all that follows
 
     static constexpr auto fields() {
         using H = StateHeader;
-        return field_list(field("version", &H::version), field("n_rotors", &H::n_rotors),
+        return field_list(field("version", &H::version), field("kind", &H::kind), field("n_rotors", &H::n_rotors),
                           field("n_servos", &H::n_servos), field("has_delay_line", &H::has_delay_line),
-                          field("control_every", &H::control_every), field("physics_step", &H::physics_step));
+                          field("control_every", &H::control_every), field("physics_step", &H::physics_step),
+                          field("hash", &H::hash));
     }
-    bool operator==(const StateHeader& o) const {
-        return version == o.version && n_rotors == o.n_rotors && n_servos == o.n_servos &&
-               has_delay_line == o.has_delay_line && control_every == o.control_every && physics_step == o.physics_step;
+    /// Whether what it counts is the same.
+    bool is_like(const StateHeader& o) const {
+        return n_rotors == o.n_rotors && n_servos == o.n_servos && has_delay_line == o.has_delay_line &&
+               control_every == o.control_every && physics_step == o.physics_step;
     }
 };
 
 /// A state, and the commands under way if there is a delay (else null).
 inline std::vector<unsigned char> store(StateHeader header, const FlightState<double, 0>& state,
                                         const DelayLine<double, 0>* delay_line) {
-    std::vector<unsigned char> bytes;
+    std::vector<unsigned char> bytes, numbers;
+    stored::append(numbers, state);
+    if (delay_line != nullptr) stored::append(numbers, *delay_line);
     header.has_delay_line = delay_line != nullptr;
+    header.hash = stored::hash_of(numbers.begin(), numbers.end());
     stored::append(bytes, header);
-    stored::append(bytes, state);
-    if (delay_line != nullptr) stored::append(bytes, *delay_line);
+    bytes.insert(bytes.end(), numbers.begin(), numbers.end());
     return bytes;
 }
 
-enum class Stored { read, of_another_version, of_another_flight, broken };
+enum class Stored { read, of_another_version, of_another_kind, of_another_flight, broken };
 
 /// Whether a flight can be in this state; numbers apart, of which any may be.
 inline bool is_possible(const FlightState<double, 0>& state, const DelayLine<double, 0>* line) {
@@ -111,7 +130,9 @@ inline Stored read_state(const std::vector<unsigned char>& bytes, const StateHea
     StateHeader header;
     if (!stored::extract(bytes, at, header)) return Stored::broken;
     if (header.version != expected.version) return Stored::of_another_version;
-    if (!(header == expected)) return Stored::of_another_flight;
+    if (header.kind != expected.kind) return Stored::of_another_kind;
+    if (!header.is_like(expected)) return Stored::of_another_flight;
+    if (header.hash != stored::hash_of(bytes.begin() + static_cast<long>(at), bytes.end())) return Stored::broken;
     const bool there =
         stored::extract(bytes, at, state) && (delay_line == nullptr || stored::extract(bytes, at, *delay_line));
     return there && at == bytes.size() && is_possible(state, delay_line) ? Stored::read : Stored::broken;

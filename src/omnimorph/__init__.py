@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix
     from omnimorph.protocols import Command, Desired, Estimate, State
     from omnimorph.results.flights import Flights
+    from omnimorph.results.logged import LoggedColumn
     from omnimorph.results.run import Outcome, Run
     from omnimorph.results.store import load_run
     from omnimorph.simulation import effects
@@ -58,6 +59,7 @@ _HOME = {
     "Flights": "results.flights",
     "InputError": "errors",
     "JointTilt": "control.allocators",
+    "LoggedColumn": "results.logged",
     "Normal": "simulation.variation",
     "OmnimorphError": "errors",
     "Outcome": "results.run",
@@ -111,6 +113,7 @@ __all__ = [
     "Flights",
     "InputError",
     "JointTilt",
+    "LoggedColumn",
     "Normal",
     "OmnimorphError",
     "Outcome",

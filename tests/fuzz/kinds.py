@@ -183,7 +183,8 @@ def run_bytes() -> bytes:
     start = scenario.reference(0.0)
     short = SegmentReference(start.p_WB, start.R_WB, [Segment(0.02)])
     path = Path("good.nc")
-    om.fly(replace(scenario, reference=short)).save(path)
+    run = om.fly(replace(scenario, reference=short))
+    replace(run, logged={"wind": om.LoggedColumn(0.5 * run.p_WB, "m/s")}).save(path)
     data = path.read_bytes()
     path.unlink()
     return data
@@ -208,7 +209,8 @@ def _sign_again(file: Any) -> None:
         told = {name: store._attribute("", file, key) for key, name in store._ATTRIBUTES.items()}
         provenance = Provenance(**told)
         outcome = store._outcome("", file)
-        hash_now = store._hash(store._columns("", file), outcome, provenance)
+        columns, logged = store._columns("", file), store._logged(file, store.SCHEMA_VERSION)
+        hash_now = store._hash(columns, logged, outcome, provenance)
         file.attrs["content_hash"] = hash_now
 
 

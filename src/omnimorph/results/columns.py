@@ -7,8 +7,9 @@
 From the declaration follow the attribute and its documentation, its shape and type, the variable in
 a run's file with its units, frame and names, its place in the hash, the memory it takes, and how
 files are read that were written before it was recorded: there it is NaN (0, if it holds flags). A
-new column is declared with the next number as its `since`, which becomes the schema of the files
-that have it, so that an older omnimorph asks for a newer one instead of misreading them.
+new column is declared with the next number as its `since` (3 is of files with logged columns),
+which becomes the schema of the files that have it, so that an older omnimorph asks for a newer one
+instead of misreading them.
 """
 
 from __future__ import annotations

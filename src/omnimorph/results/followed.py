@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from omnimorph.errors import legible
 from omnimorph.results.metrics import Metrics
 from omnimorph.results.sums import LAST_SECOND
 
@@ -22,16 +23,37 @@ def sentence_of(run: Run) -> str:
 
     One that was completed, but was far from its reference over the last second, says so: by 30° in
     attitude, unless its controller lets the attitude give way or is one of the user's own, or by
-    the scenario's ``lost_beyond_m`` in position.
+    the scenario's ``lost_beyond_m`` in position. One that a part written in Python ended says when
+    that was, which part, and how it failed.
     """
     from omnimorph.results.run import Outcome
 
     said: str = run.outcome.value
+    if run.outcome is Outcome.PART_FAILED:
+        return _failure(run.provenance.scenario) or said
     if run.outcome is not Outcome.COMPLETED:
         return said
     far = _far_from_reference(run.metrics, run.provenance.scenario)
     over = "over the last second" if run.time[-1] >= LAST_SECOND else "throughout the flight"
     return f"{said[:-1]}, but {' and '.join(far)} {over}." if far else said
+
+
+def _failure(scenario: dict[str, Any]) -> str:
+    """Return what the last failure among the events was; "" if none is recorded as it should be."""
+    for event in reversed(_events(scenario)):
+        part, error, time = (event.get(key) for key in ("part", "error", "time_s"))
+        is_time = isinstance(time, int | float) and not isinstance(time, bool) and 0 <= time < 1e9
+        if event.get("kind") != "failure" or not is_time:
+            continue
+        if isinstance(part, str) and isinstance(error, str):
+            what = legible(f"{part} failed with {error}".rstrip("."), 500)
+            return f"The flight was ended at {time:.6g} s: {what}."
+    return ""
+
+
+def _events(scenario: dict[str, Any]) -> list[dict[str, Any]]:
+    events = scenario.get("events")
+    return [e for e in events if isinstance(e, dict)] if isinstance(events, list) else []
 
 
 def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]:
@@ -50,9 +72,8 @@ def _far_from_reference(metrics: Metrics, scenario: dict[str, Any]) -> list[str]
 
 def _gives_way(scenario: dict[str, Any]) -> bool:
     """Return whether the attitude may give way in the controller that was the last to fly."""
-    events = scenario.get("events")
-    taken = [scenario.get("controller"), *(events if isinstance(events, list) else [])]
-    tables = [table for table in taken if isinstance(table, dict)]
+    first = scenario.get("controller")
+    tables = [first, *_events(scenario)] if isinstance(first, dict) else _events(scenario)
     if tables and tables[0].get("kind") == "python":  # it may do anything
         return True
     answers = [table["attitude_gives_way"] for table in tables if "attitude_gives_way" in table]

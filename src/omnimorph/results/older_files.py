@@ -8,12 +8,15 @@ import numpy as np
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.results.columns import sizes_of
-from omnimorph.results.run import COLUMNS
+from omnimorph.results.run import COLUMNS, Run, names_taken
 
-__all__ = ["SCHEMA_VERSION", "add_missing", "names_in_file"]
+__all__ = ["SCHEMA_VERSION", "WITH_LOGS", "add_missing", "free_name", "names_in_file", "schema_of"]
 
-SCHEMA_VERSION = max(column.since for column in COLUMNS)
-"""Grows with each column that is new; older files, which lack it, stay readable.
+WITH_LOGS = 3
+"""The first schema of files with logged columns; one without them needs no reader of it."""
+_OWN = max(column.since for column in COLUMNS)
+SCHEMA_VERSION = max(_OWN, WITH_LOGS)
+"""The newest that is read; grows with each column that is new. Older files stay readable.
 
 1 had the thrust commanded as ``thrust``, the actual tilt as ``tilt``, and no actual thrust.
 """
@@ -40,6 +43,11 @@ _SCHEMA_1 = {
 }
 
 
+def schema_of(run: Run) -> int:
+    """Return the schema of the file of a run: no newer than what is in it."""
+    return SCHEMA_VERSION if run.logged else _OWN
+
+
 def names_in_file(version: int) -> dict[str, str]:
     """Return the columns that a file of a schema holds, and their names there, as it hashes them.
 
@@ -59,3 +67,9 @@ def add_missing(columns: dict[str, Any], version: int, vehicle: Vehicle) -> None
     columns |= {
         column.name: column.unrecorded(rows, sizes) for column in COLUMNS if column.name not in held
     }
+
+
+def free_name(name: str, version: int) -> str:
+    """Return the name of a logged column, with ``_logged`` behind one that was free back then."""
+    is_taken = name in names_taken() and name not in names_in_file(version).values()
+    return f"{name}_logged" if is_taken else name

@@ -11,7 +11,8 @@ from __future__ import annotations
 import enum
 import json
 import math
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 from omnimorph.results.columns import Column, column, columns_of, described, sizes_of
+from omnimorph.results.logged import LoggedColumn, checked
 from omnimorph.results.metrics import Metrics, metrics_from_run
 
 __all__ = ["COLUMNS", "Column", "Outcome", "Performance", "Provenance", "Run"]
@@ -36,6 +38,7 @@ class Outcome(enum.Enum):
     LOST = "The vehicle was lost: it strayed too far from its reference."
     NOT_FINITE = "The flight was ended: the controller gave a number that is not finite."
     DIVERGED = "The flight was ended: the state of the vehicle is no longer finite."
+    PART_FAILED = "The flight was ended: a part of the loop written in Python failed."
     PAGE_FAULT = "The flight was ended by a fault of the page."
 
 
@@ -137,12 +140,14 @@ class Run:
     The columns are declared below, each with what it is; its documentation follows from that.
 
     The arrays are kept, not copied: hand them over and do not write to them afterwards. Through the
-    run they are read-only. n is the number of rotors, m of servos.
+    run they are read-only. n is the number of rotors, m of servos. ``run["speed"]`` is any column
+    by its name, a logged one too.
 
     Raises
     ------
     InputError
-        If a column does not have its shape.
+        If a column does not have its shape, or a logged one has a name that is taken; of
+        ``run[name]``, if there is no such column.
 
     Attributes
     ----------
@@ -154,6 +159,8 @@ class Run:
         Where the run comes from.
     performance : Performance
         How fast it was computed.
+    logged : mapping of str to LoggedColumn
+        What the flight's own parts, or who stepped it, had recorded.
     time : (K,) array, s
         t_k = k times the physics step.
     """
@@ -231,6 +238,7 @@ class Run:
     vehicle: Vehicle = field(repr=False)
     provenance: Provenance
     performance: Performance
+    logged: Mapping[str, LoggedColumn] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         sizes, rows = sizes_of(self.vehicle), np.size(self.time)
@@ -239,6 +247,7 @@ class Run:
         self._keep("time", (rows,), np.float64)
         for declared in COLUMNS:
             self._keep(declared.name, declared.shape(rows, sizes), declared.dtype)
+        object.__setattr__(self, "logged", checked(self.logged, rows, names_taken() | {*sizes}))
 
     def _keep(self, name: str, shape: tuple[int, ...], dtype: type) -> None:
         array: NDArray[Any] = np.asarray(getattr(self, name), dtype=dtype).view()
@@ -251,6 +260,25 @@ class Run:
         scenario, seconds = self.provenance.scenario_name, float(self.time[-1])
         name = self.outcome.name.lower()
         return f"Run({scenario!r}, {name} after {seconds:g} s, {len(self.time)} rows)"
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        names = [*_NAMES, *self.logged]
+        if name not in names:
+            raise InputError.unknown_key("run", str(name), str(name), names)
+        logged = self.logged.get(name)
+        column: NDArray[Any] = logged.values if logged else getattr(self, name)
+        return column
+
+    __iter__ = None  # it is no sequence, though it has names in brackets
+
+    def first_rows(self, rows: int) -> Run:
+        """Return the run as far as its first rows."""
+        columns: dict[str, Any] = {name: getattr(self, name)[:rows] for name in _NAMES}
+        logged = {
+            name: LoggedColumn(column.values[:rows], column.unit)
+            for name, column in self.logged.items()
+        }
+        return replace(self, **columns, logged=logged)
 
     @cached_property
     def metrics(self) -> Metrics:
@@ -297,6 +325,14 @@ class Run:
 
 COLUMNS: tuple[Column, ...] = columns_of(Run)
 """Every column of a run but `time`, in the order in which they are stored and hashed."""
+
+_NAMES = ("time", *(column.name for column in COLUMNS))
+
+
+def names_taken() -> set[str]:
+    """Return the names that no logged column can have, beside those of dimensions."""
+    return {*dir(Run), *(field.name for field in fields(Run))}
+
 
 if Run.__doc__ is not None:  # as under python -OO
     Run.__doc__ = Run.__doc__.rstrip() + "\n" + "".join(map(described, COLUMNS))

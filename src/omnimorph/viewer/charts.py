@@ -101,7 +101,9 @@ def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     key = rotors + _lines(names) + _LIMIT_KEY
     charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), key))
     power = _one_each(flights, lambda f: f.run.drag_power)
-    return [*charts, Chart("rotor drag power, W", power, (), whose)]
+    charts.append(Chart("rotor drag power, W", power, (), whose))
+    kinds = ((name, c.unit) for flight in flights for name, c in flight.run.logged.items())
+    return [*charts, *(_logged(flights, *kind) for kind in dict.fromkeys(kinds))]
 
 
 def add_plots(server: Any, flights: Sequence[Flight]) -> Charts:
@@ -131,7 +133,7 @@ class Charts:
 
     def replace(self, charts: Sequence[Chart]) -> None:
         """Draw the same charts with more of their curves."""
-        for plot, chart in zip(self._plots, charts, strict=True):
+        for plot, chart in zip(self._plots, charts, strict=False):  # what is logged later: not yet
             plot.take(chart)
 
     def show_time(self, time: float) -> None:
@@ -219,6 +221,29 @@ def _one_each(flights: Sequence[Flight], values: Any) -> tuple[Curve, ...]:
     return tuple(
         Curve(flight.name, flight.run.time, values(flight), _look(_SHADES[k], k))
         for k, flight in enumerate(flights)
+    )
+
+
+def _logged(flights: Sequence[Flight], name: str, unit: str) -> Chart:
+    """Return the chart of a logged column, of its first entries if they are many."""
+    title = name if unit in ("", "1") else f"{name}, {unit}"
+    curves, entries = [], [""]
+    for k, flight in enumerate(flights):
+        column = flight.run.logged.get(name)
+        if column is None or column.unit != unit:
+            continue
+        shape = column.values.shape[1:]
+        entries = [", ".join(map(str, index)) for index in np.ndindex(*shape)]
+        values = column.values.reshape(len(column.values), -1).T
+        for entry, row, shade in zip(entries, values, _SHADES, strict=False):
+            look = _look(_SHADES[k] if len(entries) == 1 else shade, k)
+            curves.append(Curve(f"{flight.name} {entry}".rstrip(), flight.run.time, row, look))
+    shown = entries[: len(_SHADES)]
+    if len(entries) > len(shown):
+        title += f" (the first {len(shown)} of {len(entries)})"
+    names = [flight.name for flight in flights] if len(flights) > 1 else []
+    return Chart(
+        title, tuple(curves), (), _key(shown) + _lines(names) if shown[1:] else _key(names)
     )
 
 

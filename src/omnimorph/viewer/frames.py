@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -15,7 +14,7 @@ from omnimorph.errors import RunFileError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 from omnimorph.results.curves import attitude_error, attitude_error_between, position_error_mm
-from omnimorph.results.run import COLUMNS, Run
+from omnimorph.results.run import Run
 from omnimorph.viewer.shapes import wxyz_of
 
 __all__ = ["Flight", "Frame", "Playback", "blade_turns", "can_be_shown", "frame_of"]
@@ -106,9 +105,7 @@ class Flight:
         if not shown[0]:
             raise RunFileError(f"{name}: no moment of the run can be shown: it is not finite.")
         if not shown.all():
-            seen = slice(int(shown.argmin()))
-            names = ("time", *(column.name for column in COLUMNS))
-            run = replace(run, **{column: getattr(run, column)[seen] for column in names})
+            run = run.first_rows(int(shown.argmin()))
         self.run, self.name = run, name
         self.vehicle = run.vehicle
         self.duration = float(run.time[-1])

@@ -192,7 +192,8 @@ nb::dict sums_of_run(const AnyVehicle& model, const nb::dict& columns, const Arr
     if (control_every < 1) throw nb::value_error("there is a physics step at least between two commands");
     const Record record = record_from(columns, drag_power.size(), model.n_rotors, model.n_servos);
     const RecordedRows recorded{record,       drag_power.data(), static_cast<long>(drag_power.size()),
-                                is_completed, physics_step,      control_every, proof};
+                                is_completed, physics_step,      control_every,
+                                proof};
     nb::dict sums;
     for_each_sum(sums_of(recorded, model),
                  [&](const char* name, const auto& sum) { sums[name] = static_cast<double>(sum); });

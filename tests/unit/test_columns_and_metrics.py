@@ -17,9 +17,11 @@ import pytest
 import omnimorph as om
 from omnimorph.errors import RunFileError
 from omnimorph.protocols import FloatArray
+from omnimorph.results import palette
 from omnimorph.results.columns import sizes_of
 from omnimorph.results.metrics import METRICS, Metrics, values_of
-from omnimorph.results.run import COLUMNS, Run
+from omnimorph.results.record import COLUMN, COLUMNS
+from omnimorph.results.run import Run
 from omnimorph.results.store import SCHEMA_VERSION, load_run
 from omnimorph.results.sums import FlightSums, sums_of_run
 from omnimorph.simulation.instruction_sets import batch_module
@@ -239,3 +241,19 @@ def test_every_column_and_metric_says_what_it_is() -> None:
     for metric in METRICS:
         assert metric.meaning.endswith(".")
         assert f"    {metric.name} : float\n" in (Metrics.__doc__ or "")
+
+
+def test_limits_and_units_of_columns_are_those_of_the_vehicle() -> None:
+    vehicle, sizes = HOVER.vehicle, sizes_of(HOVER.vehicle)
+    bounded = {column.name for column in COLUMNS if column.limits}
+    assert bounded == {"thrust_command", "thrust_actual", "speed", "tilt_command", "tilt_actual"}
+    for column in COLUMNS:
+        assert column.colour in vars(palette).values()
+        if column.limits:
+            for limits in column.limits_of(vehicle):
+                assert limits.shape == column.shape(1, sizes)[1:], column.name
+    speed, tilt, power = (COLUMN[name] for name in ("speed", "tilt_actual", "drag_power"))
+    assert [one.unit_read for one in (speed, tilt, power)] == ["Hz", "°", "W"]
+    assert speed.as_read(np.array([2.0 * np.pi])) == pytest.approx([1.0], rel=1e-15)
+    assert tilt.limits_of(vehicle)[1] == pytest.approx(np.degrees(vehicle.servo_angle_max))
+    assert power.as_read(np.array([3.0])).tolist() == [3.0]

@@ -20,7 +20,7 @@ from omnimorph.results.metric import Measure, Metric, described, metric, metrics
 from omnimorph.results.record import RunRecord
 from omnimorph.results.sums import FlightSums, sums_of_run
 
-__all__ = ["METRICS", "Metrics", "metrics_from_run", "metrics_of_row", "values_of"]
+__all__ = ["MEASURES", "METRICS", "Metrics", "metrics_from_run", "metrics_of_row", "values_of"]
 
 _TURN = 2.0 * math.pi
 _DEGREE = math.degrees(1.0)
@@ -180,6 +180,8 @@ class Metrics:
 
 METRICS: tuple[Metric, ...] = metrics_of(Metrics)
 """Every metric but the outcome, in the order in which files and people read them."""
+MEASURES: Mapping[str, Measure] = {one.name: one.shown for one in METRICS}
+"""What people call each metric, and the unit they read it in: for screens and reports."""
 
 if Metrics.__doc__ is not None:  # as under python -OO
     Metrics.__doc__ = Metrics.__doc__.rstrip() + "\n" + "".join(map(described, METRICS))

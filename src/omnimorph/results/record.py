@@ -24,7 +24,7 @@ from omnimorph.protocols import FloatArray
 from omnimorph.results.columns import Column, column, columns_of, described, sizes_of
 from omnimorph.results.logged import LoggedColumn, checked
 
-__all__ = ["COLUMNS", "Outcome", "Performance", "Provenance", "RunRecord", "names_taken"]
+__all__ = ["COLUMN", "COLUMNS", "Outcome", "Performance", "Provenance", "RunRecord", "names_taken"]
 
 
 class Outcome(enum.Enum):
@@ -126,6 +126,8 @@ class Performance:
     real_time_factor: float
 
 
+_THRUST_LIMITS = ("thrust_min", "thrust_max")
+_TILT_LIMITS = ("servo_angle_min", "servo_angle_max")
 _WRENCH_UNITS = "N (force), N m (torque)"
 _BODY_TO_WORLD = "W from B"
 
@@ -191,18 +193,32 @@ class RunRecord:
         more="In the axes of the desired B.",
     )
     thrust_command: FloatArray = column(
-        "N", "rotor", long_name="thrust commanded, along the rotor's axis"
+        "N",
+        "rotor",
+        long_name="thrust commanded, along the rotor's axis",
+        limits=_THRUST_LIMITS,
     )
     thrust_actual: FloatArray = column(
         "N",
         "rotor",
         long_name="actual thrust, along the rotor's axis",
         more="At its actual speed, by the true coefficient, less what damage and wakes take.",
+        limits=_THRUST_LIMITS,
         since=2,
     )
-    speed: FloatArray = column("rad/s", "rotor", long_name="actual speed of the rotor")
-    tilt_command: FloatArray = column("rad", "servo", long_name="tilt commanded")
-    tilt_actual: FloatArray = column("rad", "servo", long_name="actual tilt")
+    speed: FloatArray = column(
+        "rad/s",
+        "rotor",
+        long_name="actual speed of the rotor",
+        limits=("speed_min", "speed_max"),
+        read_in="Hz",
+    )
+    tilt_command: FloatArray = column(
+        "rad", "servo", long_name="tilt commanded", limits=_TILT_LIMITS, read_in="deg"
+    )
+    tilt_actual: FloatArray = column(
+        "rad", "servo", long_name="actual tilt", limits=_TILT_LIMITS, read_in="deg"
+    )
     wrench_asked: FloatArray = column(
         _WRENCH_UNITS,
         "wrench",
@@ -282,6 +298,7 @@ class RunRecord:
 
 COLUMNS: tuple[Column, ...] = columns_of(RunRecord)
 """Every column of a run but `time`, in the order in which they are stored and hashed."""
+COLUMN = {column.name: column for column in COLUMNS}
 
 _NAMES = ("time", *(column.name for column in COLUMNS))
 

@@ -60,8 +60,8 @@ template <class T, int N> class FlightMetrics {
                           bool is_in_last_second, bool is_decided, const Mask<T>& flying) {
         const Actuators<T, N>& actuators = x.plant.actuators;
         counts_ = counts_ & (flying & are_finite(x.plant.motion, actuators, now));
-        const SummedRow<T, N> row{x,      now,         model_,           before_,    drag_power,
-                                  proof_, x.step == 0, is_in_last_second, is_decided, counts_};
+        const SummedRow<T, N> row{
+            x, now, model_, before_, drag_power, proof_, x.step == 0, is_in_last_second, is_decided, counts_};
         for_each(sums_, [&](auto& each) { each.add(row); });
         for (int i = 0; i < model_.n_rotors; ++i) before_.speed[i] = actuators.speed[i];
         for (int j = 0; j < model_.n_servos; ++j) before_.tilt[j] = actuators.tilt[j];

@@ -94,4 +94,22 @@ class RunColumns {
     std::vector<std::unique_ptr<unsigned char[]>> numbers_;  // not yet written, and so not yet taken from the machine
 };
 
+/// A record that shows the columns of a dict; those that it lacks are not kept.
+inline Record record_from(const nb::dict& arrays, std::size_t rows, int n, int m) {
+    Record r;
+    std::size_t k = 0;
+    const auto take = [&](const auto& column) {
+        using Number = typename std::decay_t<decltype(column)>::Number;
+        void*& place = r.column[k++];
+        if (!arrays.contains(column.name)) return;
+        const auto array =
+            nb::cast<nb::ndarray<const Number, nb::c_contig, nb::device::cpu>>(arrays[column.name], false);
+        if (array.size() != rows * static_cast<std::size_t>(column.width(Count<0>(n), m)))
+            throw nb::value_error((std::string(column.name) + " does not have its size").c_str());
+        place = const_cast<Number*>(array.data());  // and is only read
+    };
+    std::apply([&](const auto&... column) { (take(column), ...); }, columns<double, 0>());
+    return r;
+}
+
 }  // namespace omnimorph::python

@@ -19,7 +19,7 @@ from omnimorph.analysis import overview
 from omnimorph.cli import analyze, reproduce
 from omnimorph.cli.console import Answer
 from omnimorph.cli.main import main
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.verification import CASES, Result, run_cases
 from omnimorph.verification.case import case
 

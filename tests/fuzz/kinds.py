@@ -30,6 +30,7 @@ from omnimorph.report.fit_data import fit_data
 from omnimorph.results import store
 from omnimorph.results.curves import phases
 from omnimorph.results.run import Provenance
+from omnimorph.results.saving import ATTRIBUTES, hash_of
 
 _MOST_ROWS = 1_000  # of a flight that is flown here
 
@@ -206,11 +207,11 @@ def make_run(rng: Random) -> bytes:
 def _sign_again(file: Any) -> None:
     """Let the hash of a changed run be right, if it can be: what else is wrong must be told."""
     with suppress(Exception):
-        told = {name: store._attribute("", file, key) for key, name in store._ATTRIBUTES.items()}
+        told = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
         provenance = Provenance(**told)
         outcome = store._outcome("", file)
         columns, logged = store._columns("", file), store._logged(file, store.SCHEMA_VERSION)
-        hash_now = store._hash(columns, logged, outcome, provenance)
+        hash_now = hash_of(columns, logged, outcome, provenance)
         file.attrs["content_hash"] = hash_now
 
 

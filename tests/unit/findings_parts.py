@@ -15,7 +15,7 @@ from tests.unit.conftest import build_random_run
 import omnimorph as om
 from omnimorph.protocols import FloatArray
 from omnimorph.report.tables import Table
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.simulation.thrust_stand import StandReading
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction import paper

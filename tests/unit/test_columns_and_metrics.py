@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import shutil
@@ -15,14 +16,21 @@ import pytest
 
 import omnimorph as om
 from omnimorph.errors import RunFileError
+from omnimorph.protocols import FloatArray
+from omnimorph.results import palette
 from omnimorph.results.columns import sizes_of
-from omnimorph.results.metrics import METRICS, Metrics
-from omnimorph.results.run import COLUMNS, Run
+from omnimorph.results.metrics import METRICS, Metrics, values_of
+from omnimorph.results.record import COLUMN, COLUMNS
+from omnimorph.results.run import Run
 from omnimorph.results.store import SCHEMA_VERSION, load_run
+from omnimorph.results.sums import FlightSums, sums_of_run
 from omnimorph.simulation.instruction_sets import batch_module
 from omnimorph.simulation.loop import SteppedFlight
 
 PACKAGE = Path(om.__file__).parent
+HOVER = om.load_scenario("hover")
+SHORT = om.fly_many(HOVER, 2, keep=[0, 1])
+ENDING = om.fly_many(dataclasses.replace(HOVER, lost_beyond=1e-6), 2, keep=[0, 1])
 
 # What someone writes who wants another column and another metric: nothing but these two pieces.
 NEW_COLUMN = """\
@@ -31,11 +39,10 @@ NEW_COLUMN = """\
     )
 """
 NEW_METRIC = """\
-    current_max_mA: float = metric(
-        "Largest current of any motor.",
-        Measure("current of a motor, largest", 1.0, "mA"),
-        lambda sums: 1e3 * sums.flown(sums.motor_current_max),
-        motor_current_max=lambda rows: rows.column("motor_current").max(),
+    speed_max_rpm: float = metric(
+        "Largest |w| of any rotor, in turns a minute.",
+        Measure("fastest rotor, a minute", 1.0, "rpm"),
+        lambda sums: sums.flown(30.0 * sums.speed_max / np.pi),
     )
 """
 # What is then so, asked of the changed copy of the package; `sys.argv` names an older file.
@@ -49,9 +56,10 @@ from dataclasses import replace
 from omnimorph.cli.fly import _measures
 from omnimorph.errors import RunFileError
 from omnimorph.report.tables import metrics_table
-from omnimorph.results.metrics import METRICS, Metrics
+from omnimorph.results.metrics import Metrics
 from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
+from omnimorph.simulation.instruction_sets import batch_module
 from omnimorph.results.store import load_run
 from omnimorph.simulation.recording import bytes_of_a_row
 
@@ -63,7 +71,6 @@ try:
     said_of_older = [
         bool(np.isnan(older.motor_current).all()),
         older.provenance.content_hash,
-        older.metrics.as_dict()["current_max_mA"],
     ]
 except RunFileError as error:
     said_of_older = [str(error)]
@@ -77,8 +84,7 @@ with h5py.File("new.nc") as file:
     ]
 other = replace(run, motor_current=run.motor_current + 1.0)
 n = np.arange(3.0)
-names = [name for one in METRICS for name in one.sums]
-sums = dict.fromkeys(["rows", "last_rows", *names], n)
+sums = dict.fromkeys(batch_module().sum_names, n)
 many = metrics_from_sums(sums, [run.outcome] * 3, physics_step=1e-3, n_servos=1)
 run.metrics.write_json("metrics.json")
 print(json.dumps({
@@ -90,13 +96,13 @@ print(json.dumps({
     "bytes": bytes_of_a_row(run.vehicle),
     "documented": [
         "motor_current : (K, n) array, A\\n        Current of the rotor" in Run.__doc__,
-        "current_max_mA : float\\n        Largest current of any motor" in Metrics.__doc__,
+        "speed_max_rpm : float\\n        Largest |w| of any rotor, in turns" in Metrics.__doc__,
     ],
-    "metric": [run.metrics.current_max_mA, 1e3 * float(run.motor_current.max())],
-    "json": json.load(open("metrics.json"))["current_max_mA"],
-    "many": many.current_max_mA.tolist()[1:],
-    "shown": [row for row in _measures(run.metrics.as_dict()) if "current of" in row[0]],
-    "table": [row for row in metrics_table("", {"a": run.metrics}).rows if "current of" in row[0]],
+    "metric": [run.metrics.speed_max_rpm, 30.0 / np.pi * float(np.abs(run.speed).max())],
+    "json": json.load(open("metrics.json"))["speed_max_rpm"],
+    "many": many.speed_max_rpm.tolist()[1:],
+    "shown": [row for row in _measures(run.metrics.as_dict()) if "a minute" in row[0]],
+    "table": [row for row in metrics_table("", {"a": run.metrics}).rows if "a minute" in row[0]],
 }))
 """
 
@@ -128,7 +134,7 @@ def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any
     for library in [*PACKAGE.glob("*.so"), *PACKAGE.glob("*.pyd")]:
         os.symlink(library, copy / library.name)
     new_column = NEW_COLUMN.format(since=SCHEMA_VERSION + 1)
-    add(copy / "results" / "run.py", new_column, "    outcome: Outcome\n")
+    add(copy / "results" / "record.py", new_column, "    outcome: Outcome\n")
     add(copy / "results" / "metrics.py", NEW_METRIC, "    outcome: str\n")
     paths = os.pathsep.join([str(folder), str(Path(__file__).parent)])
     done = subprocess.run(
@@ -160,7 +166,7 @@ def test_a_new_column_is_in_file_hash_memory_and_documentation(told: dict[str, A
 
 def test_files_from_before_a_column_stay_readable(told: dict[str, Any], older: Path) -> None:
     """Their hash, which knows nothing of it, still holds; what nobody recorded is NaN."""
-    assert told["older"] == [True, load_run(older).content_hash, None]
+    assert told["older"] == [True, load_run(older).content_hash]
 
 
 def test_a_file_with_a_column_of_a_newer_omnimorph_asks_for_one(
@@ -174,10 +180,10 @@ def test_a_file_with_a_column_of_a_newer_omnimorph_asks_for_one(
 def test_a_new_metric_is_in_json_tables_batches_and_documentation(told: dict[str, Any]) -> None:
     found, expected = told["metric"]
     assert found == told["json"] == pytest.approx(expected, rel=1e-15)
-    assert told["many"] == [1e3, 2e3]
+    assert told["many"] == pytest.approx([30.0 / np.pi, 60.0 / np.pi], rel=1e-15)
     [shown], [row] = told["shown"], told["table"]
-    assert shown[0] == row[0] == "current of a motor, largest"
-    assert shown[2] == row[2] == "mA"
+    assert shown[0] == row[0] == "fastest rotor, a minute"
+    assert shown[2] == row[2] == "rpm"
     assert told["documented"][1]
 
 
@@ -197,9 +203,32 @@ def test_the_core_records_every_column_that_is_declared() -> None:
 
 
 def test_the_core_adds_up_every_sum_that_a_metric_is_made_of() -> None:
-    declared = [name for metric in METRICS for name in metric.sums]
-    assert len(declared) == len(set(declared)), "a sum belongs to one metric"
-    assert sorted(batch_module().sum_names) == sorted([*declared, "rows", "last_rows"])
+    """And nothing else: the names that the metrics read are those of the core, however it flew."""
+    read = {"rows", "last_rows", "control_steps", "steps_with_residual"}  # by `FlightSums` itself
+
+    class NotedSums(FlightSums):
+        def __getattr__(self, name: str) -> FloatArray:
+            read.add(name)
+            return super().__getattr__(name)
+
+    run = SHORT.runs[0]
+    sums = {name: np.array([value]) for name, value in sums_of_run(run).items()}
+    values_of(NotedSums(sums, [run.outcome], 1e-3, 1))
+    assert read == {*batch_module().sum_names} == {*sums}
+
+
+@pytest.mark.parametrize("flights", [SHORT, ENDING], ids=["completed", "lost"])
+def test_a_flight_has_the_same_metrics_from_its_columns_as_while_it_flew(flights: Any) -> None:
+    """To the last bit, but for the power, which a run holds as NumPy computes it."""
+    for row, number in enumerate(flights.number):
+        found = flights.runs[number].metrics.as_dict()
+        for name, value in flights.metrics[row].as_dict().items():
+            if "drag" in name or "power" in name:
+                assert found[name] == pytest.approx(value, rel=1e-13), name
+            else:
+                assert found[name] == value, name
+    whole = flights is SHORT
+    assert {run.outcome is om.Outcome.COMPLETED for run in flights.runs.values()} == {whole}
 
 
 def test_every_column_and_metric_says_what_it_is() -> None:
@@ -212,3 +241,19 @@ def test_every_column_and_metric_says_what_it_is() -> None:
     for metric in METRICS:
         assert metric.meaning.endswith(".")
         assert f"    {metric.name} : float\n" in (Metrics.__doc__ or "")
+
+
+def test_limits_and_units_of_columns_are_those_of_the_vehicle() -> None:
+    vehicle, sizes = HOVER.vehicle, sizes_of(HOVER.vehicle)
+    bounded = {column.name for column in COLUMNS if column.limits}
+    assert bounded == {"thrust_command", "thrust_actual", "speed", "tilt_command", "tilt_actual"}
+    for column in COLUMNS:
+        assert column.colour in vars(palette).values()
+        if column.limits:
+            for limits in column.limits_of(vehicle):
+                assert limits.shape == column.shape(1, sizes)[1:], column.name
+    speed, tilt, power = (COLUMN[name] for name in ("speed", "tilt_actual", "drag_power"))
+    assert [one.unit_read for one in (speed, tilt, power)] == ["Hz", "°", "W"]
+    assert speed.as_read(np.array([2.0 * np.pi])) == pytest.approx([1.0], rel=1e-15)
+    assert tilt.limits_of(vehicle)[1] == pytest.approx(np.degrees(vehicle.servo_angle_max))
+    assert power.as_read(np.array([3.0])).tolist() == [3.0]

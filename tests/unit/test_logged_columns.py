@@ -21,8 +21,9 @@ import omnimorph as om
 from omnimorph.errors import InputError, RunFileError
 from omnimorph.results import store
 from omnimorph.results.columns import sizes_of
-from omnimorph.results.older_files import WITH_LOGS, free_name
+from omnimorph.results.older_files import WITH_LOGS
 from omnimorph.results.run import COLUMNS, Provenance
+from omnimorph.results.saving import ATTRIBUTES, hash_of
 from omnimorph.viewer.charts import _key_text, charts_of
 from omnimorph.viewer.frames import Flight
 
@@ -175,10 +176,10 @@ def test_xarray_sees_logs_with_units_and_dimensions_of_their_own(tmp_path: Path)
 
 
 def test_a_name_that_was_taken_since_is_kept_under_another() -> None:
-    assert free_name("wind", 3) == "wind"
-    assert free_name("first_rows", 3) == "first_rows_logged"
-    assert free_name("speed", 3) == "speed", "a file that says so lies"
-    assert free_name("thrust_actual", 1) == "thrust_actual_logged"
+    assert store._free_name("wind", 3) == "wind"
+    assert store._free_name("first_rows", 3) == "first_rows_logged"
+    assert store._free_name("speed", 3) == "speed", "a file that says so lies"
+    assert store._free_name("thrust_actual", 1) == "thrust_actual_logged"
 
 
 def put(name: str, values: Any, units: Any = "N") -> Callable[[h5py.File], None]:
@@ -214,10 +215,10 @@ def mark_a_column(file: h5py.File) -> None:
 
 def sign_again(file: h5py.File, version: int) -> None:
     """Let the hash be that of what the file now holds."""
-    told = {name: store._attribute("", file, key) for key, name in store._ATTRIBUTES.items()}
+    told = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
     parts = store._columns("", file, version), store._logged(file, version)
     outcome, provenance = store._outcome("", file), Provenance(**told)
-    file.attrs["content_hash"] = store._hash(*parts, outcome, provenance, version)
+    file.attrs["content_hash"] = hash_of(*parts, outcome, provenance, version)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 import omnimorph as om
 from omnimorph.cli.main import main
 from omnimorph.report.tables import metrics_table
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.viewer.flight_page import FlightPage, notices, numbers_of
 from omnimorph.viewer.frames import Flight
 from omnimorph.viewer.server import new_server, stop

@@ -21,7 +21,7 @@ from omnimorph.report.tables import (
     source_table,
     trajectory_table,
 )
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.comparison import (
     Compared,
     _draw_numbers,

@@ -16,7 +16,7 @@ from omnimorph.errors import InputError, VehicleError
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
-from omnimorph.viewer.charts import COLUMNS, _on_common_times, charts_of
+from omnimorph.viewer.charts import PIECES, _on_common_times, charts_of
 from omnimorph.viewer.design import ATTITUDES, Design, is_cube, scales_of
 from omnimorph.viewer.explorer_page import numbers_of as numbers_of_design
 from omnimorph.viewer.flight_page import _trail, notices, numbers_of
@@ -147,7 +147,7 @@ def test_plots_show_errors_tilt_speeds_with_limits_and_power(flight: Flight) -> 
     fastest = OMNIMORPH.speed_max[0] / (2 * np.pi)
     np.testing.assert_allclose(speeds.limits, [-fastest, fastest])
     assert charts[-1].title == "rotor drag power, W"
-    assert COLUMNS > 0
+    assert PIECES > 0
 
 
 def test_two_flights_share_their_plots(flight: Flight) -> None:

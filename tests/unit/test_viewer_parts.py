@@ -14,8 +14,9 @@ import omnimorph as om
 from omnimorph.analysis.hover import hover_power
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.geometry import propeller_radius, thrust_axes
+from omnimorph.results.record import COLUMN
 from omnimorph.viewer import colours
-from omnimorph.viewer.charts import _Plot, _speed_limits, _tilt_limits, charts_of
+from omnimorph.viewer.charts import _limits, _Plot, charts_of
 from omnimorph.viewer.design import ATTITUDES, Design, scales_of
 from omnimorph.viewer.design_scene import DesignScene
 from omnimorph.viewer.explorer_page import _class_rows, _legend
@@ -65,7 +66,7 @@ def test_limits_in_plots_are_those_of_the_vehicle() -> None:
     def limits(vehicle: om.Vehicle) -> tuple[list[float], list[float]]:
         flight = Flight(FLIGHTS[0].run, "a")
         flight.vehicle = vehicle
-        return sorted(set(_tilt_limits(flight))), _speed_limits(flight)
+        return _limits(flight, COLUMN["tilt_actual"]), _limits(flight, COLUMN["speed"])
 
     tilts, speeds = limits(OMNIMORPH.replace(servo_angle_min=np.radians([-20.0])))
     assert tilts == pytest.approx([-20.0, 60.0])

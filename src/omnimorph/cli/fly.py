@@ -155,7 +155,7 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
 
 def _measures(metrics: dict[str, Any]) -> list[list[str]]:
     """Return the rows of the table: what, how much, in which unit."""
-    from omnimorph.results.measures import MEASURES
+    from omnimorph.results.metrics import MEASURES
 
     rows = []
     for key, measure in MEASURES.items():

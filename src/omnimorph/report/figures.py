@@ -26,8 +26,8 @@ from omnimorph.report.style import (
     styled,
 )
 from omnimorph.results import curves
+from omnimorph.results.record import COLUMN
 from omnimorph.results.thinning import band, thin
-from omnimorph.units import from_SI
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -114,42 +114,42 @@ def tilt(flights: Sequence[Flight]) -> Figure:
 
 def tilt_panel(panel: Axes, flights: Sequence[Flight]) -> None:
     """Draw the tilt of flights and its limits into a panel."""
-    vehicle = flights[0].run.vehicle
+    vehicle, column = flights[0].run.vehicle, COLUMN["tilt_actual"]
     for flight in flights:
-        for servo in np.degrees(flight.run.tilt_actual).T:
+        for servo in column.as_read(flight.run.tilt_actual).T:
             _line(panel, flight, servo)
     if vehicle.n_servos:
-        low, high = np.degrees([vehicle.servo_angle_min[0], vehicle.servo_angle_max[0]])
+        low, high = (float(limits[0]) for limits in column.limits_of(vehicle))
         panel.axhline(low, **LIMIT)
         panel.axhline(high, **LIMIT, label="limits")
         room = 0.06 * (high - low)
         panel.set_yticks(np.linspace(low, high, 5))
         panel.set_ylim(low - room, high + room)
-    panel.set_ylabel("tilt (°)")
+    panel.set_ylabel(f"tilt ({column.unit_read})")
 
 
 @styled
 def rotor_speeds(flights: Sequence[Flight]) -> Figure:
     """Draw the actual speed of every rotor (Hz, signed) with its limits, one panel a rotor."""
-    vehicle = flights[0].run.vehicle
+    vehicle, column = flights[0].run.vehicle, COLUMN["speed"]
     columns = 2 if vehicle.n_rotors > 1 else 1
     rows = -(-vehicle.n_rotors // columns)
     figure, axes = new_figure(0.5 + 1.25 * rows, rows, columns, sharex=True, sharey=True)
     panels = axes.T.ravel()  # down the left side first: one layer of rotors on each side
-    low, high = (from_SI(speed, "Hz") for speed in (vehicle.speed_min, vehicle.speed_max))
+    low, high = column.limits_of(vehicle)
     for i, panel in enumerate(panels):
         if i >= vehicle.n_rotors:
             panel.set_visible(False)
             continue
         for flight in flights:
-            _line(panel, flight, from_SI(flight.run.speed[:, i], "Hz"), COLUMNS // columns)
+            _line(panel, flight, column.as_read(flight.run.speed[:, i]), COLUMNS // columns)
         panel.axhline(high[i], **LIMIT, label="limits")
         panel.axhline(low[i], **LIMIT)
         panel.set_title(_rotor_title(i, vehicle.rotor_position[i]), loc="left", pad=2.5)
     reach = 1.1 * max(float(high.max()), -float(low.min()))
     panels[0].set_ylim(min(-0.05 * reach, 1.1 * float(low.min())), reach)
     for panel in axes[:, 0]:
-        panel.set_ylabel("speed (Hz)")
+        panel.set_ylabel(f"speed ({column.unit_read})")
     mark_time(panels, flights, labels=False)
     for panel in axes[-1]:
         panel.set_xlabel("time (s)")
@@ -182,7 +182,7 @@ def power_panel(panel: Axes, flights: Sequence[Flight]) -> None:
     """Draw the rotor drag power of flights into a panel."""
     for flight in flights:
         _band(panel, flight, curves.power_W(flight.run))
-    panel.set_ylabel("rotor drag\npower (W)")
+    panel.set_ylabel(f"rotor drag\npower ({COLUMN['drag_power'].unit_read})")
     panel.set_ylim(bottom=0.0)
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ParamSpec
 
 from omnimorph.results.atomic import replacing, write_text
+from omnimorph.results.palette import BLUE, GREEN, PURPLE, VERMILLION, YELLOW
 from omnimorph.results.run import Run
 
 if TYPE_CHECKING:
@@ -51,8 +52,7 @@ __all__ = [
 
 Options = ParamSpec("Options")
 
-VERMILLION, BLUE, GREEN, PURPLE = "#D55E00", "#0072B2", "#009E73", "#CC79A7"
-YELLOW, BLACK, GREY, SILVER = "#F0E442", "#000000", "#767676", "#bdbdbd"
+BLACK, GREY, SILVER = "#000000", "#767676", "#bdbdbd"
 INTERLEAVED: tuple[Any, ...] = ((0.0, (3.0, 3.0)), (3.0, (3.0, 3.0)))
 """Two dashed lines: where one lies on the other, the dashes of each fill the gaps of the other."""
 LIMIT: dict[str, Any] = {"color": GREY, "linestyle": (0, (1.5, 2.0)), "linewidth": 1.0, "zorder": 1}

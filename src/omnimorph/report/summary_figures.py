@@ -20,6 +20,7 @@ from omnimorph.report.style import (
     styled,
 )
 from omnimorph.report.vehicle_drawing import draw_vehicle
+from omnimorph.results.record import COLUMN
 from omnimorph.results.thinning import thin
 
 if TYPE_CHECKING:
@@ -106,11 +107,11 @@ def energies(rows: Sequence[EnergyRow]) -> Figure:
 def tilt_by_plant(flights: Sequence[Flight]) -> Figure:
     """Draw the tilt of the first servo for one scenario flown in several plants."""
     figure, axes = new_figure(2.6)
-    panel = axes[0, 0]
+    panel, column = axes[0, 0], COLUMN["tilt_actual"]
     for flight in flights:
-        t, v = thin(flight.run.time, np.degrees(flight.run.tilt_actual[:, 0]), COLUMNS)
+        t, v = thin(flight.run.time, column.as_read(flight.run.tilt_actual[:, 0]), COLUMNS)
         panel.plot(t, v, color=flight.look.colour, linestyle=flight.look.line, label=flight.label)
-    panel.set_ylabel("tilt (°)")
+    panel.set_ylabel(f"tilt ({column.unit_read})")
     mark_time([panel], flights)
     legend_above(figure, *legend_entries([panel]))
     return figure

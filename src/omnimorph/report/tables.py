@@ -12,8 +12,7 @@ import numpy as np
 from omnimorph.design.keys import FIELDS
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
-from omnimorph.results.measures import MEASURES
-from omnimorph.results.metrics import Metrics
+from omnimorph.results.metrics import MEASURES, Metrics
 from omnimorph.results.run import Run
 from omnimorph.units import from_SI, unit_of
 

@@ -2,14 +2,16 @@
 
 ::
 
-    tilt_actual: FloatArray = column("rad", "servo", long_name="actual tilt")
+    tilt_actual: FloatArray = column(
+        "rad", "servo", long_name="actual tilt", limits=_TILT_LIMITS, read_in="deg"
+    )
 
 From the declaration follow the attribute and its documentation, its shape and type, the variable in
-a run's file with its units, frame and names, its place in the hash, the memory it takes, and how
-files are read that were written before it was recorded: there it is NaN (0, if it holds flags). A
-new column is declared with the next number as its `since` (3 is of files with logged columns),
-which becomes the schema of the files that have it, so that an older omnimorph asks for a newer one
-instead of misreading them.
+a run's file with its units, frame and names, its place in the hash, the memory it takes, the unit,
+limits and colour that it is drawn with, and how files are read that were written before it was
+recorded: there it is NaN (0, if it holds flags). A new column is declared with the next number as
+its `since` (3 is of files with logged columns), which becomes the schema of the files that have it,
+so that an older omnimorph asks for a newer one instead of misreading them.
 """
 
 from __future__ import annotations
@@ -22,6 +24,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from omnimorph.results.palette import BLUE, OF_UNITS
+from omnimorph.units import from_SI
 
 if TYPE_CHECKING:
     from omnimorph.design.vehicle import Vehicle
@@ -48,6 +53,10 @@ class Column:
         What is to be said beside the long name, in sentences; "" for nothing.
     flags : mapping of int to str
         What each number means, where they are flags; empty where they are quantities.
+    limits : tuple of str
+        The two fields of `Vehicle` that bound it, one number for each rotor or servo; or none.
+    read_in : str
+        The unit that people read it in, a key of `omnimorph.units.UNITS`; "" for `units`.
     since : int
         The first schema of files that have it.
     """
@@ -55,11 +64,32 @@ class Column:
     name: str = ""
     dims: tuple[str, ...]
     units: str
-    frame: str
+    frame: str = ""
     long_name: str
-    more: str
-    flags: Mapping[int, str]
-    since: int
+    more: str = ""
+    flags: Mapping[int, str] = dataclasses.field(default_factory=dict)
+    limits: tuple[str, ...] = ()
+    read_in: str = ""
+    since: int = 1
+
+    @property
+    def unit_read(self) -> str:
+        """The unit that people read it in, as it is written."""
+        return {"": self.units, "deg": "°"}.get(self.read_in, self.read_in)
+
+    @property
+    def colour(self) -> str:
+        """How it is drawn where nothing else stands beside it."""
+        return OF_UNITS.get(self.units, BLUE)
+
+    def as_read(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return numbers of the column in the unit that people read."""
+        return from_SI(values, self.read_in)
+
+    def limits_of(self, vehicle: Vehicle) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return its lower and upper limits, by rotor or servo, in the unit that people read."""
+        low, high = (self.as_read(getattr(vehicle, name)) for name in self.limits)
+        return low, high
 
     @property
     def dtype(self) -> type:
@@ -79,26 +109,9 @@ class Column:
         return np.full(self.shape(rows, sizes), 0 if self.flags else np.nan, self.dtype)
 
 
-def column(
-    units: str,
-    *dims: str,
-    long_name: str,
-    frame: str = "",
-    more: str = "",
-    flags: Mapping[int, str] | None = None,
-    since: int = 1,
-) -> Any:
-    """Declare a column of a run: see `Column` for what the arguments say of it."""
-    declared = Column(
-        dims=dims,
-        units=units,
-        frame=frame,
-        long_name=long_name,
-        more=more,
-        flags=flags or {},
-        since=since,
-    )
-    return dataclasses.field(metadata={"column": declared})
+def column(units: str, *dims: str, **said: Any) -> Any:
+    """Declare a column of a run: see `Column` for what may be said of it."""
+    return dataclasses.field(metadata={"column": Column(units=units, dims=dims, **said)})
 
 
 def columns_of(run: Any) -> tuple[Column, ...]:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from omnimorph.errors import legible
 from omnimorph.results.metrics import Metrics
+from omnimorph.results.record import Outcome, RunRecord
 from omnimorph.results.sums import LAST_SECOND
-
-if TYPE_CHECKING:
-    from omnimorph.results.run import Run
 
 __all__ = ["FAR_ATTITUDE", "sentence_of"]
 
@@ -18,22 +16,20 @@ FAR_ATTITUDE = math.radians(30.0)
 """An attitude that is off by this much over the last second, rad, was not followed."""
 
 
-def sentence_of(run: Run) -> str:
-    """Return how a flight ended, in a sentence.
+def sentence_of(run: RunRecord, metrics: Metrics) -> str:
+    """Return how a flight of these metrics ended, in a sentence.
 
     One that was completed, but was far from its reference over the last second, says so: by 30° in
     attitude, unless its controller lets the attitude give way or is one of the user's own, or by
     the scenario's ``lost_beyond_m`` in position. One that a part written in Python ended says when
     that was, which part, and how it failed.
     """
-    from omnimorph.results.run import Outcome
-
     said: str = run.outcome.value
     if run.outcome is Outcome.PART_FAILED:
         return _failure(run.provenance.scenario) or said
     if run.outcome is not Outcome.COMPLETED:
         return said
-    far = _far_from_reference(run.metrics, run.provenance.scenario)
+    far = _far_from_reference(metrics, run.provenance.scenario)
     over = "over the last second" if run.time[-1] >= LAST_SECOND else "throughout the flight"
     return f"{said[:-1]}, but {' and '.join(far)} {over}." if far else said
 

@@ -100,11 +100,7 @@ def as_columns(logged: Mapping[str, LoggedColumn]) -> list[Column]:
             name=name,
             dims=tuple(f"{name}.{k}" for k in range(1, column.values.ndim)),
             units=column.unit,
-            frame="",
             long_name=f"{name}, as the flight logged it",
-            more="",
-            flags={},
-            since=1,
         )
         for name, column in logged.items()
     ]

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from omnimorph.protocols import FloatArray
 from omnimorph.results.metrics import METRICS, Metrics, metrics_of_row, values_of
-from omnimorph.results.run import Outcome
+from omnimorph.results.record import Outcome
 from omnimorph.results.sums import FlightSums
 
 __all__ = ["ManyMetrics", "metrics_from_sums"]
@@ -81,5 +79,4 @@ def metrics_from_sums(
     n_servos : int
         Over which the tilts are summed.
     """
-    completed = np.array([outcome is Outcome.COMPLETED for outcome in outcomes], dtype=bool)
-    return ManyMetrics(values_of(FlightSums(sums, completed, physics_step, n_servos)), outcomes)
+    return ManyMetrics(values_of(FlightSums(sums, outcomes, physics_step, n_servos)), outcomes)

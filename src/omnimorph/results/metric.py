@@ -6,23 +6,21 @@
         "Largest |w| of any rotor.",
         Measure("fastest rotor", 1.0, "Hz"),
         lambda sums: sums.flown(sums.speed_max) / TURN,
-        speed_max=lambda rows: np.abs(rows.column("speed")).max(),
     )
 
-It is made of sums over the rows of a flight. The core adds up those of batches while it flies them,
-each under the name it has here (``core/include/omnimorph/flight/sums``); for a run they are added
-up from its columns, as the keywords say. What follows from the sums is said once for both.
+It is made of sums over the rows of a flight, which the core adds up under the names that they have
+here (``core/include/omnimorph/flight/sums``): while it flies a batch, or from the columns of a run.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from omnimorph.protocols import FloatArray
-from omnimorph.results.sums import FlightSums, MeasuredRows
+from omnimorph.results.sums import FlightSums
 
 __all__ = ["Measure", "Metric", "described", "metric", "metrics_of"]
 
@@ -49,9 +47,6 @@ class Metric:
         How people read it.
     of_sums : callable
         From the `FlightSums` of n flights to its (n,) values.
-    sums : mapping of str to callable
-        What it adds up, if no other metric does, by the names of the core: from the `MeasuredRows`
-        of a run to the sum.
     is_count : bool
         Whether it is a whole number.
     """
@@ -60,7 +55,6 @@ class Metric:
     meaning: str
     shown: Measure
     of_sums: Callable[[FlightSums], FloatArray]
-    sums: Mapping[str, Callable[[MeasuredRows], Any]]
     is_count: bool
 
 
@@ -70,10 +64,9 @@ def metric(
     of_sums: Callable[[FlightSums], FloatArray],
     *,
     is_count: bool = False,
-    **sums: Callable[[MeasuredRows], Any],
 ) -> Any:
     """Declare a metric: see `Metric` for what the arguments say of it."""
-    declared = Metric(meaning=meaning, shown=shown, of_sums=of_sums, sums=sums, is_count=is_count)
+    declared = Metric(meaning=meaning, shown=shown, of_sums=of_sums, is_count=is_count)
     return dataclasses.field(metadata={"metric": declared})
 
 

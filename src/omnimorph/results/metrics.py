@@ -10,23 +10,20 @@ import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimorph.protocols import FloatArray
 from omnimorph.results.atomic import write_text
 from omnimorph.results.metric import Measure, Metric, described, metric, metrics_of
-from omnimorph.results.sums import FlightSums, MeasuredRows
+from omnimorph.results.record import RunRecord
+from omnimorph.results.sums import FlightSums, sums_of_run
 
-if TYPE_CHECKING:
-    from omnimorph.results.run import Run
-
-__all__ = ["METRICS", "Metrics", "metrics_from_run", "metrics_of_row", "values_of"]
+__all__ = ["MEASURES", "METRICS", "Metrics", "metrics_from_run", "metrics_of_row", "values_of"]
 
 _TURN = 2.0 * math.pi
 _DEGREE = math.degrees(1.0)
-_BEYOND_TILTS = 1e30  # rad: the smallest and the largest tilt of a vehicle without servos
 
 
 def _drag_energy(sums: FlightSums) -> FloatArray:
@@ -51,51 +48,43 @@ class Metrics:
         "Mean of ‖p − p_d‖.",
         Measure("position error, mean", 1e3, "mm"),
         lambda sums: sums.distance / sums.rows,
-        distance=lambda rows: rows.distance.sum(),
     )
     position_error_rms_m: float = metric(
         "Root mean square of ‖p − p_d‖.",
         Measure("position error, root mean square", 1e3, "mm"),
         lambda sums: np.sqrt(sums.distance_squared / sums.rows),
-        distance_squared=lambda rows: (rows.distance**2).sum(),
     )
     position_error_max_m: float = metric(
         "Largest ‖p − p_d‖.",
         Measure("position error, largest", 1e3, "mm"),
         lambda sums: sums.flown(sums.distance_max),
-        distance_max=lambda rows: rows.distance.max(),
     )
     attitude_error_mean_rad: float = metric(
         "Mean of the geodesic angle θ between R and R_d, from tan θ = ‖e_R‖ / ((tr(Rᵀ R_d) − 1)/2):"
         " exact from 0 to π.",
         Measure("attitude error, mean angle", _DEGREE, "°"),
         lambda sums: sums.angle / sums.rows,
-        angle=lambda rows: rows.angle.sum(),
     )
     attitude_error_rms_rad: float = metric(
         "Root mean square of θ.",
         Measure("attitude error, root mean square angle", _DEGREE, "°"),
         lambda sums: np.sqrt(sums.angle_squared / sums.rows),
-        angle_squared=lambda rows: (rows.angle**2).sum(),
     )
     attitude_error_max_rad: float = metric(
         "Largest θ.",
         Measure("attitude error, largest angle", _DEGREE, "°"),
         lambda sums: sums.flown(sums.angle_max),
-        angle_max=lambda rows: rows.angle.max(),
     )
     attitude_error_paper: float = metric(
         "Mean of ‖e_R‖ = sin θ, e_R = ½ (Rᵀ R_d − R_dᵀ R)^∨, which the paper calls attitude error.",
         Measure("attitude error, mean ‖e_R‖ (the paper's)", 1.0, "–"),
         lambda sums: sums.sine / sums.rows,
-        sine=lambda rows: rows.sine.sum(),
     )
     drag_energy_J: float = metric(
         "Σ h Σ_i c_tau |w_i|³ over rows 1 … K−1 (the speed at the end of each step acted over it): "
         "the rotor drag energy; w is the actual speed.",
         Measure("rotor drag energy", 1.0, "J"),
         _drag_energy,
-        drag_power=lambda rows: rows.column("drag_power")[1:].sum(),
     )
     drag_energy_paper: float = metric(
         "The same with w in Hz and the torque per Hz², as the paper counts: `drag_energy_J` / 2π.",
@@ -107,7 +96,6 @@ class Metrics:
         "up, by the controller's vehicle; nothing is won back when they slow down.",
         Measure("energy to accelerate the rotors", 1.0, "J"),
         lambda sums: sums.flown(sums.kinetic_energy_gained),
-        kinetic_energy_gained=MeasuredRows.kinetic_energy_gained,
     )
     acceleration_energy_paper: float = metric(
         "The same with w in Hz: `acceleration_energy_J` / 4π².",
@@ -118,32 +106,27 @@ class Metrics:
         "Mean of the actual tilt, over time and servos; not a number for a vehicle without servos.",
         Measure("tilt, mean", 1.0, "°"),
         lambda sums: np.rad2deg(sums.tilt / sums.tilts),
-        tilt=lambda rows: math.fsum(rows.column("tilt_actual").flat),
     )
     tilt_max_deg: float = metric(
         "Largest actual tilt, likewise.",
         Measure("tilt, largest", 1.0, "°"),
         lambda sums: np.rad2deg(sums.tilt_max) + 0.0 * sums.tilts,
-        tilt_max=lambda rows: rows.column("tilt_actual").max(initial=-_BEYOND_TILTS),
     )
     tilt_min_deg: float = metric(
         "Smallest actual tilt, likewise.",
         Measure("tilt, smallest", 1.0, "°"),
         lambda sums: np.rad2deg(sums.tilt_min) + 0.0 * sums.tilts,
-        tilt_min=lambda rows: rows.column("tilt_actual").min(initial=_BEYOND_TILTS),
     )
     saturated_share: float = metric(
         "Share of the rows in which at least one rotor was commanded to a limit of its thrust, "
         "0 … 1.",
         Measure("share of time with a rotor at its limit", 100.0, "%"),
         lambda sums: sums.saturated_rows / sums.rows,
-        saturated_rows=lambda rows: rows.column("active").any(axis=1).sum(),
     )
     speed_max_Hz: float = metric(
         "Largest |w| of any rotor.",
         Measure("fastest rotor", 1.0, "Hz"),
         lambda sums: sums.flown(sums.speed_max / _TURN),
-        speed_max=lambda rows: np.abs(rows.column("speed")).max(),
     )
     power_mean_W: float = metric(
         "`drag_energy_J` / `duration_s`; not a number if nothing was flown.",
@@ -154,27 +137,23 @@ class Metrics:
         "Largest KKT residual of the allocation; not a number if the allocator gives none.",
         Measure("largest KKT residual of the allocation", 1.0, "–"),
         lambda sums: sums.flown(sums.kkt_residual_max),
-        kkt_residual_max=lambda rows: rows.column("kkt_residual").max(),
     )
     unproven_steps: float = metric(
         "How many control steps the core's allocation did not prove: their KKT residual is larger "
         "than 1e-9, or 1e-4 in single precision. Not a number if the allocator gives none.",
         Measure("control steps whose allocation is not proven", 1.0, "–"),
-        lambda sums: sums.unproven_steps,
-        unproven_steps=MeasuredRows.unproven_steps,
+        lambda sums: np.where(sums.has_no_residual, np.nan, sums.unproven_steps),
         is_count=True,
     )
     position_error_last_second_m: float = metric(
         "Mean of ‖p − p_d‖ over the last second; not a number if the flight ended before.",
         Measure("position error over the last second", 1e3, "mm"),
         lambda sums: sums.last_distance / sums.last_rows,
-        last_distance=lambda rows: rows.distance[rows.last].sum(),
     )
     attitude_error_last_second_rad: float = metric(
         "Mean of θ over the last second, likewise.",
         Measure("attitude error over the last second", _DEGREE, "°"),
         lambda sums: sums.last_angle / sums.last_rows,
-        last_angle=lambda rows: rows.angle[rows.last].sum(),
     )
     duration_s: float = metric(
         "Time flown.", Measure("time flown", 1.0, "s"), lambda sums: sums.duration
@@ -201,6 +180,8 @@ class Metrics:
 
 METRICS: tuple[Metric, ...] = metrics_of(Metrics)
 """Every metric but the outcome, in the order in which files and people read them."""
+MEASURES: Mapping[str, Measure] = {one.name: one.shown for one in METRICS}
+"""What people call each metric, and the unit they read it in: for screens and reports."""
 
 if Metrics.__doc__ is not None:  # as under python -OO
     Metrics.__doc__ = Metrics.__doc__.rstrip() + "\n" + "".join(map(described, METRICS))
@@ -226,7 +207,7 @@ def metrics_of_row(values: Mapping[str, Any], row: int, outcome: str) -> Metrics
     )
 
 
-def metrics_from_run(run: Run) -> Metrics:
+def metrics_from_run(run: RunRecord) -> Metrics:
     """Compute the metrics of a run.
 
     Parameters
@@ -242,19 +223,7 @@ def metrics_from_run(run: Run) -> Metrics:
     Eight rotors of OmniMorph at 131.54 Hz, as in hover at 60° tilt, spend 8 c_tau w³ = 315.09 W, or
     50.148 as the paper counts.
     """
-    # A flight that diverged may hold numbers whose squares are too large: they become infinite.
-    with np.errstate(over="ignore", invalid="ignore"):
-        sums = _sums_of(MeasuredRows(run))
-    completed = np.array([run.outcome.name == "COMPLETED"])
+    sums = {name: np.array([value]) for name, value in sums_of_run(run).items()}
     step, n_servos = run.provenance.physics_step, run.vehicle.n_servos
-    values = values_of(FlightSums(sums, completed, step, n_servos))
+    values = values_of(FlightSums(sums, [run.outcome], step, n_servos))
     return metrics_of_row(values, 0, run.outcome.name.lower())
-
-
-def _sums_of(rows: MeasuredRows) -> dict[str, FloatArray]:
-    """Return the sums over the rows of one run, (1,) each."""
-    sums: dict[str, Any] = {"rows": rows.count, "last_rows": rows.last.stop - rows.last.start}
-    for one in METRICS:
-        for name, of_rows in one.sums.items():
-            sums[name] = of_rows(rows) if rows.count else 0.0
-    return {name: np.array([value], dtype=np.float64) for name, value in sums.items()}

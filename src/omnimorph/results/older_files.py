@@ -8,9 +8,9 @@ import numpy as np
 
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.results.columns import sizes_of
-from omnimorph.results.run import COLUMNS, Run, names_taken
+from omnimorph.results.record import COLUMNS, RunRecord
 
-__all__ = ["SCHEMA_VERSION", "WITH_LOGS", "add_missing", "free_name", "names_in_file", "schema_of"]
+__all__ = ["SCHEMA_VERSION", "WITH_LOGS", "add_missing", "names_in_file", "schema_of"]
 
 WITH_LOGS = 3
 """The first schema of files with logged columns; one without them needs no reader of it."""
@@ -43,7 +43,7 @@ _SCHEMA_1 = {
 }
 
 
-def schema_of(run: Run) -> int:
+def schema_of(run: RunRecord) -> int:
     """Return the schema of the file of a run: no newer than what is in it."""
     return SCHEMA_VERSION if run.logged else _OWN
 
@@ -67,9 +67,3 @@ def add_missing(columns: dict[str, Any], version: int, vehicle: Vehicle) -> None
     columns |= {
         column.name: column.unrecorded(rows, sizes) for column in COLUMNS if column.name not in held
     }
-
-
-def free_name(name: str, version: int) -> str:
-    """Return the name of a logged column, with ``_logged`` behind one that was free back then."""
-    is_taken = name in names_taken() and name not in names_in_file(version).values()
-    return f"{name}_logged" if is_taken else name

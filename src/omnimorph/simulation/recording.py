@@ -19,14 +19,8 @@ from omnimorph.protocols import FloatArray
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.columns import sizes_of
 from omnimorph.results.logged import LoggedColumn, checked
-from omnimorph.results.run import (
-    COLUMNS,
-    Outcome,
-    Performance,
-    Provenance,
-    Run,
-    names_taken,
-)
+from omnimorph.results.record import names_taken
+from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.core_settings import physics_steps
 from omnimorph.simulation.scenario import Scenario
 
@@ -127,7 +121,7 @@ class Logs:
 
     def __init__(self, control_steps: int, vehicle: Vehicle) -> None:
         self._control_steps = control_steps
-        self._taken = names_taken() | {*sizes_of(vehicle)}
+        self._taken = names_taken(Run) | {*sizes_of(vehicle)}
         self._rows: dict[str, FloatArray] = {}
         self._units: dict[str, str] = {}
         self._logged: dict[str, NDArray[np.bool_]] = {}

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from omnimorph.protocols import FloatArray
+from omnimorph.results.columns import Column
+from omnimorph.results.logged import as_columns
+from omnimorph.results.record import COLUMN, COLUMNS
 from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.frames import Flight
 
-__all__ = ["COLUMNS", "Chart", "Charts", "Curve", "add_plots", "charts_of"]
+__all__ = ["PIECES", "Chart", "Charts", "Curve", "add_plots", "charts_of"]
 
-COLUMNS = 180
+PIECES = 180
 """Each curve is drawn with the least and the largest value in so many pieces of time."""
 
 _HEIGHT, _WIDTH = 132, 380
@@ -85,25 +88,17 @@ class Chart(NamedTuple):
 
 def charts_of(flights: Sequence[Flight]) -> list[Chart]:
     """Return the plots of one flight, or of two on the same axes (the second one dashed)."""
-    names = [flight.name for flight in flights] if len(flights) > 1 else []
-    whose = _key(names)
+    p, tilt = COLUMN["p_WB"], COLUMN["tilt_actual"]
     charts = [
-        Chart("position error, mm", _one_each(flights, lambda f: f.position_error_mm), (), whose),
-        Chart("attitude error, °", _one_each(flights, lambda f: f.attitude_error_deg), (), whose),
+        _chart(flights, "position error, mm", p.colour, lambda f: [("", f.position_error_mm)]),
+        _chart(flights, "attitude error, °", tilt.colour, lambda f: [("", f.attitude_error_deg)]),
     ]
-    servos = max((flight.vehicle.servo_name for flight in flights), key=len)
-    if servos:
-        limits = {limit for flight in flights for limit in _tilt_limits(flight)}
-        key = _key(servos) + _lines(names) if len(servos) > 1 else whose
-        charts.append(Chart("tilt, °", _tilts(flights), tuple(sorted(limits)), key + _LIMIT_KEY))
-    limits = {limit for flight in flights for limit in _speed_limits(flight)}
-    rotors = _key([str(i) for i in range(max(f.vehicle.n_rotors for f in flights))])
-    key = rotors + _lines(names) + _LIMIT_KEY
-    charts.append(Chart("rotor speeds, Hz", _speeds(flights), tuple(sorted(limits)), key))
-    power = _one_each(flights, lambda f: f.run.drag_power)
-    charts.append(Chart("rotor drag power, W", power, (), whose))
-    kinds = ((name, c.unit) for flight in flights for name, c in flight.run.logged.items())
-    return [*charts, *(_logged(flights, *kind) for kind in dict.fromkeys(kinds))]
+    if any(flight.vehicle.n_servos for flight in flights):
+        charts.append(_of_column(flights, "tilt", tilt))
+    charts.append(_of_column(flights, "rotor speeds", COLUMN["speed"]))
+    charts.append(_of_column(flights, "rotor drag power", COLUMN["drag_power"]))
+    logged = {(c.name, c.units): c for flight in flights for c in as_columns(flight.run.logged)}
+    return charts + [_of_column(flights, column.name, column) for column in logged.values()]
 
 
 def add_plots(server: Any, flights: Sequence[Flight]) -> Charts:
@@ -204,7 +199,7 @@ def _on_common_times(chart: Chart) -> tuple[FloatArray, FloatArray]:
         inside = time <= curve.time[-1]
         row[inside] = np.interp(time[inside], curve.time, curve.values)
     rows[len(chart.curves) :] = np.array(chart.limits)[:, None]
-    return envelope(time, rows, COLUMNS)
+    return envelope(time, rows, PIECES)
 
 
 def _shared_time(times: Sequence[FloatArray]) -> FloatArray:
@@ -217,55 +212,73 @@ def _shared_time(times: Sequence[FloatArray]) -> FloatArray:
     return shared
 
 
-def _one_each(flights: Sequence[Flight], values: Any) -> tuple[Curve, ...]:
-    return tuple(
-        Curve(flight.name, flight.run.time, values(flight), _look(_SHADES[k], k))
-        for k, flight in enumerate(flights)
-    )
+def _of_column(flights: Sequence[Flight], name: str, column: Column) -> Chart:
+    """Return the chart of a column with its limits; of a logged one the first entries only."""
+    title = name if column.unit_read in ("", "1") else f"{name}, {column.unit_read}"
+    count = max(map(len, (_entries(flight, column) for flight in flights)))
+    shown = count if column in COLUMNS else min(count, len(_SHADES))
+    if shown < count:
+        title += f" (the first {shown} of {count})"
+
+    def curves_of(flight: Flight) -> list[tuple[str, FloatArray]]:
+        entries = _entries(flight, column)[:shown]
+        if not entries:
+            return []
+        values = column.as_read(flight.run[column.name])
+        return list(zip(entries, values.reshape(len(values), -1).T, strict=False))
+
+    limits = {limit for flight in flights for limit in _limits(flight, column)}
+    return _chart(flights, title, column.colour, curves_of, tuple(sorted(limits)))
 
 
-def _logged(flights: Sequence[Flight], name: str, unit: str) -> Chart:
-    """Return the chart of a logged column, of its first entries if they are many."""
-    title = name if unit in ("", "1") else f"{name}, {unit}"
+def _chart(
+    flights: Sequence[Flight],
+    title: str,
+    colour: str,
+    curves_of: Callable[[Flight], Sequence[tuple[str, FloatArray]]],
+    limits: tuple[float, ...] = (),
+) -> Chart:
+    """Return a chart with the curves of each flight, which have names.
+
+    Colours stand for the names, or for the flights, where each has one curve; a single curve has
+    the `colour` of what it shows.
+    """
     curves, entries = [], [""]
     for k, flight in enumerate(flights):
-        column = flight.run.logged.get(name)
-        if column is None or column.unit != unit:
-            continue
-        shape = column.values.shape[1:]
-        entries = [", ".join(map(str, index)) for index in np.ndindex(*shape)]
-        values = column.values.reshape(len(column.values), -1).T
-        for entry, row, shade in zip(entries, values, _SHADES, strict=False):
-            look = _look(_SHADES[k] if len(entries) == 1 else shade, k)
-            curves.append(Curve(f"{flight.name} {entry}".rstrip(), flight.run.time, row, look))
-    shown = entries[: len(_SHADES)]
-    if len(entries) > len(shown):
-        title += f" (the first {len(shown)} of {len(entries)})"
+        found = curves_of(flight)
+        entries = max(entries, [entry for entry, _ in found], key=len)
+        for j, (entry, values) in enumerate(found):
+            shade = _SHADES[(j if len(found) > 1 else k) % len(_SHADES)]
+            if len(found) == len(flights) == 1:
+                shade = colours.of_css(colour)
+            label = f"{flight.name} {entry}".rstrip()
+            curves.append(Curve(label, flight.run.time, values, _look(shade, k)))
     names = [flight.name for flight in flights] if len(flights) > 1 else []
-    return Chart(
-        title, tuple(curves), (), _key(shown) + _lines(names) if shown[1:] else _key(names)
-    )
+    key = _key(names)
+    if len(entries) > 1:
+        key = _key([entry.removeprefix("rotor ") for entry in entries]) + _lines(names)
+    return Chart(title, tuple(curves), limits, key + (_LIMIT_KEY if limits else ()))
 
 
-def _tilts(flights: Sequence[Flight]) -> tuple[Curve, ...]:
-    found = []
-    for k, flight in enumerate(flights):
-        names = flight.vehicle.servo_name
-        for j, angle in enumerate(np.degrees(flight.run.tilt_actual).T):
-            shade = _SHADES[(j if len(names) > 1 else k) % len(_SHADES)]
-            label = f"{flight.name} {names[j]}"
-            found.append(Curve(label, flight.run.time, angle, _look(shade, k)))
-    return tuple(found)
+def _entries(flight: Flight, column: Column) -> list[str]:
+    """Return what the entries of a column are called; none, if the flight does not have it."""
+    if column not in COLUMNS:
+        logged = flight.run.logged.get(column.name)
+        if logged is None or logged.unit != column.units:
+            return []
+        return [", ".join(map(str, index)) for index in np.ndindex(logged.values.shape[1:])]
+    vehicle = flight.vehicle
+    rotors = [f"rotor {i}" for i in range(vehicle.n_rotors)]
+    return {"rotor": rotors, "servo": list(vehicle.servo_name)}.get("".join(column.dims), [""])
 
 
-def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
-    found = []
-    for k, flight in enumerate(flights):
-        for i, speed in enumerate(flight.run.speed.T / (2.0 * np.pi)):
-            shade = _SHADES[i % len(_SHADES)]
-            label = f"{flight.name} rotor {i}"
-            found.append(Curve(label, flight.run.time, speed, _look(shade, k)))
-    return tuple(found)
+def _limits(flight: Flight, column: Column) -> list[float]:
+    """Return the limits of a column that do not flatten its curves."""
+    if not column.limits:
+        return []
+    ends = np.unique(np.concatenate(column.limits_of(flight.vehicle)).round(6))
+    farthest = _FAR_TILT if column.read_in == "deg" else np.inf
+    return [float(end) for end in ends if abs(end) <= farthest]
 
 
 def _key(words: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
@@ -289,17 +302,6 @@ def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
     )
     style = "font-size:0.7rem;font-weight:600;text-align:center;line-height:1.2"
     return f'<div style="{style}">{words}</div>'
-
-
-def _tilt_limits(flight: Flight) -> list[float]:
-    vehicle = flight.vehicle
-    ends = np.degrees(np.concatenate([vehicle.servo_angle_min, vehicle.servo_angle_max]))
-    return [float(end) for end in ends.round(6) if abs(end) <= _FAR_TILT]
-
-
-def _speed_limits(flight: Flight) -> list[float]:
-    ends = np.concatenate([flight.vehicle.speed_min, flight.vehicle.speed_max]) / (2.0 * np.pi)
-    return [float(end) for end in np.unique(ends.round(6))]
 
 
 def _look(shade: colours.Colour, flight: int) -> dict[str, Any]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from omnimorph.results import palette
+
 __all__ = [
     "BLUE",
     "GREEN",
@@ -16,6 +18,7 @@ __all__ = [
     "VERMILLION",
     "Colour",
     "css",
+    "of_css",
     "of_instances",
     "of_power",
     "of_thrust",
@@ -23,14 +26,32 @@ __all__ = [
 
 Colour = tuple[int, int, int]
 
+
+def of_css(colour: str) -> Colour:
+    """Return the colour that a style sheet writes as #rrggbb.
+
+    Examples
+    --------
+    >>> of_css("#0072B2")
+    (0, 114, 178)
+    """
+    red, green, blue = bytes.fromhex(colour[1:])
+    return red, green, blue
+
+
 INK: Colour = (45, 50, 58)
 GREY: Colour = (150, 155, 162)
-BLUE: Colour = (0, 114, 178)
-SKY: Colour = (86, 180, 233)
-GREEN: Colour = (0, 158, 115)
-ORANGE: Colour = (230, 159, 0)
-VERMILLION: Colour = (213, 94, 0)
-PURPLE: Colour = (204, 121, 167)
+BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = (
+    of_css(one)
+    for one in (
+        palette.BLUE,
+        palette.SKY,
+        palette.GREEN,
+        palette.ORANGE,
+        palette.VERMILLION,
+        palette.PURPLE,
+    )
+)
 
 _REST: Colour = (225, 228, 232)
 # From dark blue over green to yellow, as light as they are large: dark is little.

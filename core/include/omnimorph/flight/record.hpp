@@ -82,4 +82,19 @@ void write_row(const Row<T, N>& row, Count<N> n, int m, int lane_number, long in
     std::apply([&](const auto&... column) { (write(column), ...); }, columns<T, N>());
 }
 
+/// Fill the state and the desired motion of a row from a record of one flight; not a number, where a column is not
+/// kept.
+template <int N> void read_row(const Record& record, Count<N> n, int m, long index, Row<double, N>& row) {
+    int k = 0;
+    const auto read = [&](const auto& column) {
+        using Number = typename std::decay_t<decltype(column)>::Number;
+        const int width = column.width(n, m);
+        const auto* from = static_cast<const Number*>(record.column[k++]);
+        auto* to = const_cast<double*>(column.values(row));  // of what the row shows, which is the caller's
+        for (int c = 0; c < width; ++c)
+            to[c] = from == nullptr ? std::nan("") : static_cast<double>(from[index * width + c]);
+    };
+    std::apply([&](const auto&... column) { (read(column), ...); }, columns<double, N>());
+}
+
 }  // namespace omnimorph

@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimorph.report.analysis_words import listed
 from omnimorph.report.tables import number
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.results.run import Run
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import (

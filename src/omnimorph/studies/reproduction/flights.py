@@ -12,7 +12,7 @@ from omnimorph.protocols import FloatArray
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import SegmentReference
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.results.run import Run
 from omnimorph.simulation.effects import Interference, MeasurementNoise
 from omnimorph.simulation.plant import PlantModel

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.simulation.effects import Interference
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from omnimorph.report.tables import Table, number
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import A, B

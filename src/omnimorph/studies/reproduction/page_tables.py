@@ -9,7 +9,7 @@ import numpy as np
 
 from omnimorph.report.analysis_words import condition_words, rows_by_tilt
 from omnimorph.report.tables import Table, degrees, number
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper

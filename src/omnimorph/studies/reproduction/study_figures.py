@@ -20,7 +20,7 @@ from omnimorph.report.tilt_choice_figure import (
     energy_by_choice,
     tilt_by_choice,
 )
-from omnimorph.results.measures import MEASURES
+from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import Ablation, Condition

@@ -17,16 +17,15 @@ template <class T> struct RotorEnergy {
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {
-        T power = T(0), gained = T(0), fastest = T(0);
-        for (int i = 0; i < row.truth.n_rotors; ++i) {
+        T gained = T(0), fastest = T(0);
+        for (int i = 0; i < row.model.n_rotors; ++i) {
             const T speed = abs(row.x.plant.actuators.speed[i]), squared = speed * speed;
             fastest = max(fastest, speed);
             if (row.is_first) continue;
             const T squared_before = row.before.speed[i] * row.before.speed[i];
-            power += row.truth.drag_coefficient[i] * (squared * speed);
             gained += T(0.5) * row.model.spin_inertia[i] * max(squared - squared_before, T(0));
         }
-        drag_power.add(row.counted(power));
+        if (!row.is_first) drag_power.add(row.counted(row.drag_power));
         kinetic_energy_gained.add(row.counted(gained));
         row.raise(speed_max, fastest);
     }

@@ -12,21 +12,23 @@ template <class T> struct CompensatedSum {
 
     OMNIMORPH_FN void add(const T& x) {
         const T addend = x - excess, next = sum + addend;
-        excess = (next - sum) - addend;
+        excess = select(is_finite(next), (next - sum) - addend, T(0));  // an infinite sum stays so
         sum = next;
     }
     OMNIMORPH_FN explicit operator T() const { return sum; }
 };
 
-/// One row of the flights in the lanes of T.
+/// One row of the flights in the lanes of T: of it only what a record of a flight holds, too.
 template <class T, int N> struct SummedRow {
     const FlightState<T, N>& x;
     const Desired<T>& desired;
-    const Vehicle<T, N>&model, &truth;  // as the controller knows it, and the one that flies
-    const Actuators<T, N>& before;      // as they were in the row before; nothing in the first
-    bool is_first, is_in_last_second;   // the last second of the whole flight
-    bool is_decided;                    // whether a control step begins here
-    Mask<T> counts;                     // where the flight goes on, and all rows so far were finite
+    const Vehicle<T, N>& model;        // as the controller knows it
+    const Actuators<T, N>& before;     // as they were in the row before; nothing in the first
+    T drag_power;                      // of all rotors, by the vehicle that flies, W
+    T proof;                           // an allocation whose residual is not larger proves itself
+    bool is_first, is_in_last_second;  // the last second of the whole flight
+    bool is_decided;                   // whether a control step begins here
+    Mask<T> counts;                    // where the flight goes on, and all rows so far were finite
 
     /// A number to be added up: 0 where the row does not count.
     OMNIMORPH_FN T counted(const T& number) const { return select(counts, number, T(0)); }

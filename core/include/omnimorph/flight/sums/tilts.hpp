@@ -15,7 +15,7 @@ template <class T> struct Tilts {
     }
 
     template <int N> OMNIMORPH_FN void add(const SummedRow<T, N>& row) {
-        for (int j = 0; j < row.truth.n_servos; ++j) {
+        for (int j = 0; j < row.model.n_servos; ++j) {
             const T now = row.x.plant.actuators.tilt[j];
             tilt.add(row.counted(now));
             row.raise(tilt_max, now);

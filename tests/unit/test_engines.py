@@ -73,9 +73,9 @@ class Steered(Wall):
 
     def __getattribute__(self, name: str) -> Any:
         answer = super().__getattribute__(name)
-        if name in ("steps", "after", "spoil") or self.__dict__.get("steps", 0) < self.after:
+        if name.startswith("_") or name in ("steps", "after", "spoil"):
             return answer
-        return self.spoil(name, answer)
+        return self.spoil(name, answer) if self.steps >= self.after else answer
 
 
 def of(what: str, change: Any) -> Any:
@@ -149,7 +149,7 @@ def differing_rows(run: om.Run, other: om.Run, rows: int) -> list[str]:
     [
         (of("physics_step", lambda _: 0.0), "physics_step is 0.0.*positive number"),
         (of("physics_step", lambda _: 0.003), "control_period_ms"),
-        (of("control_period", lambda _: "fast"), "control_period is 'fast'"),
+        (of("control_period", lambda _: "fast"), "control_period is .*fast"),
         (of("speed", lambda speed: speed[:3]), "the speed has 3 numbers"),
     ],
 )
@@ -171,9 +171,9 @@ def test_what_is_no_plant_is_refused_with_what_it_lacks() -> None:
 
     lifeless: Any = Lifeless()
     numb: Any = Numb()
-    with pytest.raises(om.InputError, match="which has motion, speed, tilt, wrench"):
+    with pytest.raises(om.InputError, match="that has motion, speed, tilt, wrench"):
         om.fly(SHORT, plant=numb)
-    with pytest.raises(om.InputError, match="which has reset, step_physics"):
+    with pytest.raises(om.InputError, match="that has reset, step_physics"):
         om.fly(SHORT, plant=lifeless)
 
 

@@ -84,7 +84,8 @@ class SteppedFlight:
         seed = whole_number("fly", "seed", seed, 64)
         flight = whole_number("fly", "flight", flight, 32)
         scenario = as_scenario(scenario)
-        self.scenario = at_steps_of_engine(replace(scenario, own=scenario.own.built(scenario)))
+        self._own = scenario.own.built(scenario)
+        self.scenario = at_steps_of(self._own.plant, scenario)
         self._seed, self._flight = seed, flight
         self._begin()
         self._stages.begin(seed, flight)
@@ -102,7 +103,7 @@ class SteppedFlight:
         self.core = _core.new_flight(
             **parts.of_flight(), seed=self._seed, flight=self._flight, is_recorded=True
         )
-        self._stages = Stages(self.core, parts, scenario)
+        self._stages = Stages(self.core, parts, scenario, self._own)
         self.columns = MappingProxyType(self.core.columns())
         self.notes: dict[str, Any] = {}
         self._logs = Logs(self.steps // self.control_every + 2, scenario.vehicle)
@@ -365,6 +366,7 @@ class SteppedFlight:
         rows = self.row + 1
         return {
             "scenario": self.scenario,
+            "own": self._own,
             "noise": (self._seed, self._flight),
             "core": self.core.store(),
             "columns": {name: column[:rows] for name, column in self.columns.items()},
@@ -375,7 +377,7 @@ class SteppedFlight:
         }
 
     def __setstate__(self, kept: dict[str, Any]) -> None:
-        self.scenario = kept["scenario"]
+        self.scenario, self._own = kept["scenario"], kept["own"]
         self._seed, self._flight = kept["noise"]
         self._begin()
         shares, controller_of = kept["changed"]
@@ -420,9 +422,8 @@ class SteppedFlight:
         return as_run(self.scenario, flown, self.notes)
 
 
-def at_steps_of_engine(scenario: Scenario) -> Scenario:
-    """Return a scenario at the time steps of its plant, if that is one's own."""
-    engine: Any = scenario.own.plant
+def at_steps_of(engine: Any, scenario: Scenario) -> Scenario:
+    """Return a scenario at the time steps of an engine of one's own, if there is one."""
     if engine is None:
         return scenario
     physics_step, control_period = steps_of(engine)

@@ -238,7 +238,8 @@ def _laid_over(upper: Document, lower: Document) -> Document:
     for key, value in upper.items():
         old = lower.get(key)
         if isinstance(value, dict) and isinstance(old, dict):
-            same_kind = value.get("kind", old.get("kind")) == old.get("kind")
+            kind = old.get("kind", "paper" if key == "controller" else None)
+            same_kind = value.get("kind", kind) == kind
             joined[key] = _laid_over(value, old) if same_kind else value
         else:
             joined[key] = value

@@ -52,7 +52,7 @@ Quaternion = Annotated[list[Number], Field(min_length=4, max_length=4), AfterVal
 class PythonTable(Table):
     """A part of the loop that is one's own, ``kind = "python"``."""
 
-    kind: Literal["python"]
+    kind: Literal["python"] = Field(description="python")
     object: str = Field(min_length=1, description='a module and an object, "my_module:MyObject"')
     folder: str = Field(default="", description="where the module lies, seen from this file")
     options: dict[str, Any] = Field(default={}, description="a table of arguments by name")
@@ -174,7 +174,7 @@ AnyPlant = Annotated[
 def _kind_of_controller(value: Any) -> str:
     """Return which one a controller is, so that only its own mistakes are reported."""
     given = value if isinstance(value, dict) else vars(value)
-    if given.get("kind") == "python":
+    if given.get("kind", "paper") != "paper":
         return "PythonTable"
     return "ProposedTable" if given.get("proposed") is True else TrackingGains.__name__
 

@@ -13,7 +13,7 @@ from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.simulation.core_settings import CoreSettings
-from omnimorph.simulation.own_parts import FAILURES, PartFailed, check_plant, described
+from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, described
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["NO_PUSH", "Stages", "six_numbers", "steps_of"]
@@ -33,15 +33,19 @@ class Stages:
     settings : CoreSettings
         Of the flight.
     scenario : Scenario
-        Of the flight; its own parts are built.
+        Of the flight.
+    own : OwnParts
+        Parts of the loop that are one's own, built.
     """
 
-    def __init__(self, core: _core.Flight, settings: CoreSettings, scenario: Scenario) -> None:
+    def __init__(
+        self, core: _core.Flight, settings: CoreSettings, scenario: Scenario, own: OwnParts
+    ) -> None:
         self._core, self._settings = core, settings
         self._controller, self._vehicle = settings.controller, as_core(scenario.vehicle)
         self._physics_step = scenario.plant.physics_step
         self._n_rotors = scenario.vehicle.n_rotors
-        self._own: dict[str, Any] = scenario.own.given()
+        self._own: dict[str, Any] = own.given()
         self._engine: Any = self._own.get("plant")
         self._names = {kind: named(kind, part) for kind, part in self._own.items()}
         self._decides_in_core = not self._own.keys() - {"plant", "disturbance"}
@@ -244,11 +248,16 @@ class Stages:
             raise PartFailed(self._names["plant"], error) from error
 
     def _check_steps(self) -> None:
-        if self._engine is not None and steps_of(self._engine) != self._steps_of_engine:
-            allowed = f"{self._steps_of_engine}, as when the flight began"
+        """Refuse an engine whose time steps are no longer those of the flight."""
+        if self._engine is None:
+            return
+        try:
             steps = steps_of(self._engine)
-            refused = ScenarioError.at("the plant", "steps in seconds", steps, allowed)
-            raise PartFailed(self._names["plant"], refused)
+            if steps != self._steps_of_engine:
+                allowed = f"{self._steps_of_engine}, as when the flight began"
+                raise ScenarioError.at("the plant", "steps in seconds", steps, allowed)
+        except FAILURES as error:
+            raise PartFailed(self._names["plant"], error) from error
 
     def _place(self, push: FloatArray, steps_later: int) -> None:
         """Take over where the engine is; what is not finite ends the flight with this row."""

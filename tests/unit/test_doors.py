@@ -165,7 +165,10 @@ def test_files_are_as_good_as_what_they_hold(tmp_path: Path) -> None:
     bench.write_text("\n".join(["time_s,speed_rad_per_s,force_N,torque_Nm", *rows]))
     fit = om.identification.fit_rotor(bench)
     assert fit.thrust.value.value == pytest.approx(1e-5)
-    assert om.identification.fit_rotor(om.identification.read_bench(bench)).thrust.value == fit.thrust.value
+    assert (
+        om.identification.fit_rotor(om.identification.read_bench(bench)).thrust.value
+        == fit.thrust.value
+    )
 
 
 @pytest.mark.parametrize(

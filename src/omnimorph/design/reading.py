@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -170,7 +171,7 @@ def _rotor_numbers(
     for field in _SHARED:
         given_as = field.thrust_key if _as_thrust(numbers) and field.thrust_key else field.key
         if given_as not in numbers:
-            if field.is_required:
+            if field.left_out is dataclasses.MISSING:
                 allowed = "a number, here or in [rotor_defaults]"
                 raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
             values[field.name] = field.left_out

@@ -52,6 +52,7 @@ from omnimorph.reference.segments import Segment, SegmentReference, segments_fro
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
 from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_schema import RuleInScenario, ScenarioFile
 from omnimorph.units import to_SI
 
 __all__ = [
@@ -100,8 +101,6 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     >>> load_scenario("paper-case-a").reference.duration
     45.0
     """
-    from omnimorph.simulation.scenario_schema import ScenarioFile
-
     document, file = _with_bases(name_or_path, [])
     content = check_document(ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
@@ -224,8 +223,6 @@ def _overrides(content: Any, told: Document, proposed: Controller, file: str) ->
 
     Keys of the allocator are checked beside those proposed, as if these stood in a base.
     """
-    from omnimorph.simulation.scenario_schema import RuleInScenario
-
     gains = values_of(TrackingGains, content)
     given, rule = told.get("allocator"), proposed[1]
     if not given:

@@ -28,7 +28,7 @@ from omnimorph.design.tables import (
 )
 from omnimorph.reference.ranges import POSITIONS, TIMES
 from omnimorph.reference.segments import Segment
-from omnimorph.simulation.plant_schema import PlantTable
+from omnimorph.simulation.plant_files import PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
 __all__ = ["ProposedTable", "RuleInScenario", "Samples", "ScenarioFile", "Waypoints"]

@@ -131,16 +131,15 @@ def table_with(
     return create_model(name, __base__=base, **keys)
 
 
-def file_model(record: type[Record], without: Iterable[str] = (), **others: Any) -> type[Table]:
+def file_model(record: type[Record], **others: Any) -> type[Table]:
     """Build the pydantic model of a record as it stands in a file.
 
-    The model has one field for each of the record's but those named in `without`, with its unit in
-    its key, and `others`, fields that stand in the same table; without any, a field ``kind``
-    distinguishes it from its alternatives.
+    The model has one field for each of the record's, with its unit in its key, and `others`, fields
+    that stand in the same table; without any, a field ``kind`` distinguishes it from its
+    alternatives.
     """
-    fields = [field for name, field in declared(record).items() if name not in without]
     others = others or {"kind": (Literal[record.kind], ...)}
-    return table_with(fields, name=record.__name__, others=others)
+    return table_with(declared(record).values(), name=record.__name__, others=others)
 
 
 def _as_lists(annotation: Any) -> Any:

@@ -20,7 +20,8 @@ from omnimorph.design.documents import (
     record_or_file,
 )
 from omnimorph.design.input_files import is_file
-from omnimorph.design.tables import Line, Table, file_model
+from omnimorph.design.records import declared
+from omnimorph.design.tables import Line, Table, file_model, table_with
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant_model import PlantModel
@@ -44,17 +45,17 @@ _EFFECTS = {effect.kind: effect for effect in EFFECTS}
 
 
 if TYPE_CHECKING:
-    PlantTable = Any
+    AnyEffect = Any
 else:
     AnyEffect = Annotated[reduce(or_, map(file_model, EFFECTS)), Field(discriminator="kind")]
-    PlantTable = file_model(
-        PlantModel,
-        without=("effects", "name"),
-        effect=(
-            list[AnyEffect],
-            Field(default=[], description="a list of effects, each with its kind"),
-        ),
-    )
+
+_FIELDS = [field for field in declared(PlantModel).values() if field.allowed]
+
+
+class PlantTable(table_with(_FIELDS)):  # type: ignore[misc]
+    """``[plant]``: time steps, integrator and imperfections."""
+
+    effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
 
 
 class PlantFile(Table):

@@ -23,6 +23,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -52,7 +53,7 @@ from omnimorph.reference.segments import Segment, SegmentReference, segments_fro
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.scenario_schema import RuleInScenario, ScenarioFile
+from omnimorph.simulation.scenario_schema import ScenarioFile
 from omnimorph.units import to_SI
 
 __all__ = [
@@ -116,7 +117,7 @@ def load_scenario(name_or_path: str | os.PathLike[str]) -> Scenario:
     overrides: dict[str, Any] = {}
     if controller.proposed:
         proposed = built_of(file, lambda: proposed_controller(vehicle, plant, start_tilt))
-        overrides = _overrides(controller, document["controller"], proposed, file)
+        overrides = _overrides(document, proposed, file)
         gains, allocator = overridden(file, proposed, overrides)
     else:
         rule = controller.allocator
@@ -218,36 +219,24 @@ def _is_proposed(document: Document) -> bool:
     return isinstance(controller, dict) and controller.get("proposed") is True
 
 
-def _overrides(content: Any, told: Document, proposed: Controller, file: str) -> dict[str, Any]:
-    """Return what a checked ``[controller]`` gives in place of what is proposed.
+def _overrides(document: Document, proposed: Controller, file: str) -> dict[str, Any]:
+    """Return what ``[controller]`` gives in place of what is proposed, by the names of fields.
 
-    Keys of the allocator are checked beside those proposed, as if these stood in a base.
+    It is checked whole, with the proposed rule below the keys of its allocator, as in a base.
     """
-    gains = values_of(TrackingGains, content)
-    given, rule = told.get("allocator"), proposed[1]
-    if not given:
-        return gains
-    below = {"allocator": _in_lists(rule.as_file())}
-    whole = check_document(
-        RuleInScenario,
-        {"controller": _laid_over({"allocator": given}, below)},
-        file,
-        ScenarioError,
-    ).controller.allocator
-    flown = _RULES[whole.kind].from_file(whole)
-    if type(flown) is not type(rule):
-        return gains | {"allocator": flown}
-    named = {name for name, field in declared(type(flown)).items() if field.key in given}
-    weights = {name: getattr(flown, name) for name in named}
-    kind = {"kind": flown.kind} if "kind" in given else {}
-    return gains | {"allocator": kind | weights}
-
-
-def _in_lists(value: Any) -> Any:
-    """Return the content of a record with the lists that TOML has in place of tuples."""
-    if isinstance(value, dict):
-        return {key: _in_lists(item) for key, item in value.items()}
-    return [_in_lists(item) for item in value] if isinstance(value, tuple) else value
+    given = {"allocator": {}} | document["controller"] | {"proposed": False}
+    below = {"allocator": json.loads(json.dumps(proposed[1].as_file()))}  # lists, as TOML has them
+    whole = document | {"controller": _laid_over(given, below)}
+    controller: Any = check_document(ScenarioFile, whole, file, ScenarioError).controller
+    overrides, told = values_of(TrackingGains, controller), given["allocator"]
+    rule = _RULES[controller.allocator.kind].from_file(controller.allocator)
+    if type(rule) is not type(proposed[1]):
+        overrides["allocator"] = rule
+    elif told:
+        names = [name for name, field in declared(type(rule)).items() if field.key in told]
+        kind = {"kind": rule.kind} if "kind" in told else {}
+        overrides["allocator"] = kind | {name: getattr(rule, name) for name in names}
+    return overrides
 
 
 def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:

@@ -246,7 +246,8 @@ def record_of(place: str, name: str, value: object, kind: type[Kind]) -> Kind:
     """
     record = value if isinstance(value, kind) else getattr(value, name, None)
     if not isinstance(record, kind):
-        allowed = f"a {kind.__name__}, or a scenario or proposed controller, which hold one"
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        allowed = f"{article} {kind.__name__}, or what has one as its {name}"
         raise ScenarioError.at(place, name, value, allowed)
     return record
 

@@ -23,7 +23,7 @@ from omnimorph.identification.bench_data import column_ranges
 from omnimorph.identification.inertia import PARTS as PART_KINDS
 from omnimorph.reference import samples
 from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.plant_schema import PlantFile
+from omnimorph.simulation.plant_files import PlantFile
 from omnimorph.simulation.scenario_schema import ScenarioFile
 
 REFUSED: tuple[Any, ...] = (1e300, -1e300, 1e154, math.nan, math.inf, "x", True, [])

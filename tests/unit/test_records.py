@@ -11,9 +11,10 @@ import pytest
 from pydantic import ValidationError
 
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record, choice, quantity
-from omnimorph.design.tables import file_model
+from omnimorph.design.records import Record, choice, declared, quantity, values_of
+from omnimorph.design.tables import file_model, table_with
 from omnimorph.errors import ScenarioError
+from omnimorph.reference.segments import Segment
 
 ANY = Range(-1e6, 1e6)
 
@@ -206,3 +207,16 @@ def test_a_choice_refuses_what_is_not_in_it(field: str, value: Any) -> None:
     assert caught.value.key == field
     with pytest.raises(ValidationError):
         file_model(Gear).model_validate({"kind": "gear"} | content)
+
+
+def test_a_class_with_arrays_has_a_table_too() -> None:
+    table = table_with(declared(Segment).values())
+    content = table.model_validate(
+        {"duration_s": 2, "move_m": [1, 2.0, 3.0], "rotation_angle_deg": 90.0}
+    )
+    values = {"duration": 2.0, "move_W": (1.0, 2.0, 3.0), "rotation_angle": math.pi / 2}
+    assert values_of(Segment, content) == values
+    assert Segment(**values_of(Segment, content)).as_file()["move_m"] == [1.0, 2.0, 3.0]
+    for wrong in ({}, {"move_m": [1.0, 2.0]}, {"move_m": [1e9, 0.0, 0.0]}, {"move_W": [0.0] * 3}):
+        with pytest.raises(ValidationError):
+            table.model_validate({"duration_s": 2.0} | wrong if wrong else wrong)

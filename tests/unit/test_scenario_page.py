@@ -14,7 +14,7 @@ from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.records import Record
 from omnimorph.design.tables import Table, file_model
 from omnimorph.reference.samples import POSE_COLUMNS, QUATERNION_COLUMNS
-from omnimorph.simulation import plant_schema
+from omnimorph.simulation import plant_files
 from omnimorph.simulation import scenario_schema as schema
 from omnimorph.simulation.effects import EFFECTS, Effect
 from omnimorph.simulation.plant import INTEGRATORS
@@ -118,8 +118,8 @@ def test_keys_of_the_controller_are_named(record: type[Record]) -> None:
     "table",
     [
         schema.ScenarioFile,
-        plant_schema.PlantFile,
-        plant_schema.PlantTable,
+        plant_files.PlantFile,
+        plant_files.PlantTable,
         schema.ProposedTable,
         schema.Segments,
         schema.SegmentTable,

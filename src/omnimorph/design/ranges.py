@@ -6,13 +6,12 @@ of the pen or of a unit, and would end in numbers that cannot be computed with.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from numbers import Real
 from typing import Any, NamedTuple
 
 from omnimorph.units import UNITS
 
-__all__ = ["UNIT_VECTOR", "Range", "numbers_in"]
+__all__ = ["UNIT_VECTOR", "Range"]
 
 
 class Range(NamedTuple):
@@ -50,15 +49,6 @@ class Range(NamedTuple):
         """Return the same range for numbers in SI, if this one is for numbers in `unit`."""
         factor = UNITS[unit]
         return Range(self.least * factor, self.most * factor, self.or_zero)
-
-
-def numbers_in(value: Any) -> Iterator[float]:
-    """Yield the numbers of a value that is one, or rows of them; none of None."""
-    if isinstance(value, list | tuple):
-        for item in value:
-            yield from numbers_in(item)
-    elif value is not None:
-        yield value
 
 
 def _written(number: float) -> str:

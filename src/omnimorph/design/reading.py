@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -88,28 +89,36 @@ def _question_units(vehicle: Vehicle, document: Mapping[str, Any], file: str | P
 
 def _vehicle_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
     """Translate a checked file into the attributes of `Vehicle`."""
-    tables: dict[str, Sequence[Any]] = {
-        "": [content],
-        "servo": content.servo,
-        "filter": [content.filter],
+    servos = [servo.name for servo in content.servo]
+    _check_one_kind_of_limit("rotor_defaults", content.rotor_defaults, file)
+    tilted_by, rotors = [], []
+    for index, rotor in enumerate(content.rotor):
+        tilted_by.append(_servo_index(rotor, servos, f"rotor[{index}]", file))
+        rotors.append(_merged(rotor, content.rotor_defaults, f"rotor[{index}]", file))
+    rows: dict[str, Sequence[Mapping[str, Any]]] = {
+        "": [vars(content)],
+        "rotor": rotors,
+        "servo": [vars(servo) for servo in content.servo],
+        "filter": [vars(content.filter)],
     }
     return {
         "name": content.name,
         "title": content.title,
-        "servo_name": tuple(servo.name for servo in content.servo),
+        "servo_name": tuple(servos),
+        "rotor_servo": tilted_by,
+        "rotor_spin": [1.0 if rotor.spin == "ccw" else -1.0 for rotor in content.rotor],
         **{
-            field.name: _numbers(field, rows)
-            for table, rows in tables.items()
-            for field in fields_in(table)
+            field.name: _numbers(field, rows[field.table])
+            for field in FIELDS.values()
+            if field.is_number
         },
-        **_rotor_values(content, file),
         "sources": _sources(content, file),
     }
 
 
-def _numbers(field: VehicleField, rows: Sequence[Any]) -> Any:
+def _numbers(field: VehicleField, rows: Sequence[Mapping[str, Any]]) -> Any:
     """Return the numbers of a field in SI: of the only row at the top of a file, or of each."""
-    found = [_own(field, getattr(row, key)) for row in rows for key in field.keys]
+    found = [_own(field, row[key]) for row in rows for key in field.keys]
     return found if field.table else found[0]
 
 
@@ -120,24 +129,6 @@ def _own(field: VehicleField, value: Any) -> Any:
     if field.shape == (3, 3) and np.ndim(value) == 1:
         value = np.diag(value)
     return field.in_SI(np.array(value, dtype=np.float64) if field.shape else value)
-
-
-def _rotor_values(content: VehicleFile, file: str | Path) -> dict[str, Any]:
-    """Collect the arrays of all rotors."""
-    _check_one_kind_of_limit("rotor_defaults", content.rotor_defaults, file)
-    servo_names = [servo.name for servo in content.servo]
-    columns: dict[str, list[Any]] = {}
-    for index, rotor in enumerate(content.rotor):
-        where = f"rotor[{index}]"
-        row: dict[str, Any] = {
-            **{field.name: _own(field, getattr(rotor, field.key)) for field in fields_in("rotor")},
-            "rotor_servo": _servo_index(rotor, servo_names, where, file),
-            "rotor_spin": 1.0 if rotor.spin == "ccw" else -1.0,
-            **_rotor_numbers(rotor, content.rotor_defaults, where, file),
-        }
-        for attribute, value in row.items():
-            columns.setdefault(attribute, []).append(value)
-    return columns
 
 
 def _servo_index(rotor: Rotor, names: list[str], where: str, file: str | Path) -> int:
@@ -157,34 +148,27 @@ def _servo_index(rotor: Rotor, names: list[str], where: str, file: str | Path) -
     return names.index(rotor.servo)
 
 
-def _rotor_numbers(
-    rotor: Rotor, defaults: RotorDefaults, where: str, file: str | Path
-) -> dict[str, float]:
-    """Merge a rotor's own numbers with the defaults and convert them to SI."""
+def _merged(rotor: Rotor, defaults: RotorDefaults, where: str, file: str | Path) -> dict[str, Any]:
+    """Return a rotor's table over the defaults, its limits as speeds."""
     _check_one_kind_of_limit(where, rotor, file)
     own, common = _given(rotor), _given(defaults)
     if own.keys() & _LIMIT_KEYS and _as_thrust(own) != _as_thrust(common):
         common = {key: value for key, value in common.items() if key not in _LIMIT_KEYS}
-    numbers = common | own
-    values = {}
+    numbers = vars(rotor) | common | own
+    as_thrust = _as_thrust(common | own)
     for field in _SHARED:
-        given_as = field.thrust_key if _as_thrust(numbers) and field.thrust_key else field.key
-        if given_as not in numbers:
-            if field.is_required:
-                allowed = "a number, here or in [rotor_defaults]"
-                raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
-            values[field.name] = field.left_out
-            continue
+        given_as = field.thrust_key if as_thrust and field.thrust_key else field.key
         number = numbers[given_as]
+        if number is None and field.left_out is dataclasses.MISSING:
+            allowed = "a number, here or in [rotor_defaults]"
+            raise VehicleError.at(file, f"{where}.{given_as}", MISSING, allowed)
         if given_as != field.key:  # f = c_f w|w|, with w in Hz and c_f in N/Hz²
             speed = math.sqrt(abs(number) / numbers["thrust_coefficient_N_per_Hz2"])
-            speed = math.copysign(speed, number)
+            numbers[field.key] = speed = math.copysign(speed, number)
             if speed not in OF_VEHICLES[field.key]:
                 allowed = f"such that it takes {OF_VEHICLES[field.key]} Hz, not {speed:g}"
                 raise VehicleError.at(file, f"{where}.{given_as}", number, allowed)
-            number = speed
-        values[field.name] = field.in_SI(number)
-    return values
+    return numbers
 
 
 def _given(table: RotorDefaults) -> dict[str, float]:

@@ -37,10 +37,8 @@ Kind = TypeVar("Kind")
 __all__ = [
     "Declaration",
     "Record",
-    "check_record",
     "choice",
     "declared",
-    "depths",
     "field_of",
     "quantity",
     "record_of",
@@ -72,6 +70,8 @@ class Declaration:
         In SI, what it is if a file leaves it out; `dataclasses.MISSING` if none may.
     word : str
         Its name in files without the unit, where it is not the attribute.
+    hint
+        The type that the class gives the field.
     """
 
     name: str = ""
@@ -83,6 +83,12 @@ class Declaration:
     shape: tuple[int, ...] | None = None
     default: Any = dataclasses.field(default_factory=lambda: MISSING)  # a plain one would be none
     word: str = ""
+    hint: Any = None
+
+    @functools.cached_property
+    def depth(self) -> int:
+        """How deep its rows may be: 0 for one number, 1 for a row of them."""
+        return _depth(self.hint)
 
     @property
     def short(self) -> str:
@@ -120,11 +126,6 @@ class Declaration:
         return self.default
 
     @property
-    def may_be_left_out(self) -> bool:
-        """Whether its table may lack it."""
-        return not self.is_required
-
-    @property
     def ranges(self) -> dict[str, Range | None]:
         """Every key by which its table may give it -> the range of its numbers."""
         return {self.key: self.limits}
@@ -149,12 +150,10 @@ class Declaration:
         """Return whether a value is allowed; `limits` are those in its unit."""
         if self.values:  # of the same type, because 3.0 == 3 and True == 1
             return type(value) is type(self.values[0]) and value in self.values
-        if limits is None:
-            return True
-        if not isinstance(value, tuple | list):
-            return value in limits
-        fits = self.length in (None, len(value)) and len(value) > 0
-        return fits and all(_each_in(item, limits) for item in value)
+        several = isinstance(value, tuple | list)
+        if several and self.length not in (None, len(value)):
+            return False
+        return limits is None or _each_in(value, limits)
 
     def in_SI(self, value: Any) -> Any:
         """Return a number of a file, or rows or an array of them, in SI."""
@@ -216,12 +215,11 @@ def declared(record: type) -> Mapping[str, Declaration]:
 
 @functools.cache
 def _declared(record: Any) -> Mapping[str, Declaration]:
-    return {
-        field.name: dataclasses.replace(
-            field.metadata.get("declared", Declaration(default=field.default)), name=field.name
-        )
-        for field in dataclasses.fields(record)
-    }
+    found, hints = {}, typing.get_type_hints(record)
+    for field in dataclasses.fields(record):
+        rule = field.metadata.get("declared") or Declaration(default=field.default)
+        found[field.name] = dataclasses.replace(rule, name=field.name, hint=hints[field.name])
+    return found
 
 
 def values_of(record: type, content: BaseModel, without: Iterable[str] = ()) -> dict[str, Any]:
@@ -238,12 +236,6 @@ def values_of(record: type, content: BaseModel, without: Iterable[str] = ()) -> 
     }
 
 
-def check_record(place: str, name: str, value: object, kind: type) -> None:
-    """Refuse an argument that is not a record of a kind; `place` and `name` say which it is."""
-    if not isinstance(value, kind):
-        raise ScenarioError.at(place, name, value, f"of the kind {kind.__name__}")
-
-
 def record_of(place: str, name: str, value: object, kind: type[Kind]) -> Kind:
     """Return a record that an argument is, or holds under the argument's name.
 
@@ -254,7 +246,8 @@ def record_of(place: str, name: str, value: object, kind: type[Kind]) -> Kind:
     """
     record = value if isinstance(value, kind) else getattr(value, name, None)
     if not isinstance(record, kind):
-        allowed = f"a {kind.__name__}, or a scenario or proposed controller, which hold one"
+        article = "an" if kind.__name__[0] in "AEIOU" else "a"
+        allowed = f"{article} {kind.__name__}, or what has one as its {name}"
         raise ScenarioError.at(place, name, value, allowed)
     return record
 
@@ -284,8 +277,7 @@ class Record:
             if value is None and field.default is None:
                 continue
             if field.is_number or field.values:
-                too_deep = _depth_of(value) > depths(type(self))[name]
-                if too_deep or not field.allows(value, field.limits_in_SI):
+                if _depth_of(value) > field.depth or not field.allows(value, field.limits_in_SI):
                     raise ScenarioError.at(self.kind, name, value, field.allowed_in_SI)
             elif isinstance(field.default, bool | str) and type(value) is not type(field.default):
                 allowed = "true or false" if isinstance(field.default, bool) else "text"
@@ -309,19 +301,9 @@ class Record:
         return content
 
 
-def depths(record: type) -> Mapping[str, int]:
-    """Return how deep the rows of each field may be: 0 for one number, 1 for a row of them."""
-    return _depths(record)
-
-
-@functools.cache
-def _depths(record: Any) -> Mapping[str, int]:
-    return {name: _depth(hint) for name, hint in typing.get_type_hints(record).items()}
-
-
-def _depth(annotation: Any) -> int:
-    inside = max(map(_depth, typing.get_args(annotation)), default=0)
-    return inside + (typing.get_origin(annotation) is tuple)
+def _depth(hint: Any) -> int:
+    inside = max(map(_depth, typing.get_args(hint)), default=0)
+    return inside + (typing.get_origin(hint) is tuple)
 
 
 def _depth_of(value: Any) -> int:

@@ -10,7 +10,8 @@ import dataclasses
 import functools
 import operator
 import typing
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -112,36 +113,33 @@ def number(limits: Range, allowed: str, default: Any = ...) -> Any:
 
 
 def table_with(
-    fields: Iterable[Declaration], base: type[Table] = Table, name: str = "Numbers"
+    fields: Iterable[Declaration],
+    base: type[Table] = Table,
+    name: str = "Numbers",
+    others: Mapping[str, Any] = MappingProxyType({}),
 ) -> type[Table]:
-    """Return a table like `base` that also has the keys of declared fields with a shape."""
-    keys: dict[str, Any] = {}
+    """Return a table like `base` that also has the keys of declared fields, and `others`.
+
+    What may be left out is then None.
+    """
+    keys: dict[str, Any] = dict(others)
     for field in fields:
-        kind = _SHAPES[field.shape]
+        kind = _as_lists(field.hint) if field.shape is None else _SHAPES[field.shape]
+        kind, default = (kind, ...) if field.is_required else (kind | None, None)
         for key, limits in field.ranges.items():
-            rule = dataclasses.replace(field, limits=limits)
-            keys[key] = _with_default(kind, rule)
+            keys[key] = kind, _entry(dataclasses.replace(field, limits=limits), default)
     return create_model(name, __base__=base, **keys)
 
 
-def file_model(record: type[Record], without: Iterable[str] = (), **others: Any) -> type[Table]:
+def file_model(record: type[Record], **others: Any) -> type[Table]:
     """Build the pydantic model of a record as it stands in a file.
 
-    The model has one field for each of the record's but those named in `without`, with its unit in
-    its key, and `others`, fields that stand in the same table; without any, a field ``kind``
-    distinguishes it from its alternatives.
+    The model has one field for each of the record's, with its unit in its key, and `others`, fields
+    that stand in the same table; without any, a field ``kind`` distinguishes it from its
+    alternatives.
     """
-    hints = typing.get_type_hints(record)
-    fields: dict[str, Any] = others or {"kind": (Literal[record.kind], ...)}
-    for name, rule in declared(record).items():
-        if name not in without:
-            fields[rule.key] = _with_default(_as_lists(hints[name]), rule)
-    return create_model(record.__name__, __base__=Table, **fields)
-
-
-def _with_default(kind: Any, rule: Declaration) -> tuple[Any, Any]:
-    """Return a field of a model; what may be left out is then None."""
-    return (kind | None, _entry(rule, None)) if rule.may_be_left_out else (kind, _entry(rule, ...))
+    others = others or {"kind": (Literal[record.kind], ...)}
+    return table_with(declared(record).values(), name=record.__name__, others=others)
 
 
 def _as_lists(annotation: Any) -> Any:

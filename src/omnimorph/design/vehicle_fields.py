@@ -79,8 +79,8 @@ class VehicleField(Declaration):
 
     @property
     def is_required(self) -> bool:
-        """Whether a file must give it, in one table or another."""
-        return self.left_out is MISSING
+        """Whether its table must give it; what rotors share may stand in either of two."""
+        return self.left_out is MISSING and not self.is_shared
 
     @property
     def short(self) -> str:
@@ -118,11 +118,6 @@ class VehicleField(Declaration):
     def is_shared(self) -> bool:
         """Whether ``[rotor_defaults]`` may hold it for all rotors."""
         return self.table == "rotor" and self.is_number and self.shape == ()
-
-    @property
-    def may_be_left_out(self) -> bool:
-        """Whether its table may lack it: what rotors share may stand in either of two."""
-        return self.is_shared or not self.is_required
 
     @functools.cached_property
     def limits_in_SI(self) -> Range | None:

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 
 from omnimorph.arrays import as_numbers
 from omnimorph.design.keys import FIELDS
-from omnimorph.design.records import Declaration, Record, declared, depths
+from omnimorph.design.records import Declaration, Record, declared
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError, legible
 from omnimorph.protocols import FloatArray
@@ -330,7 +330,7 @@ def _whole(part: Any, field: str, vehicle: Vehicle) -> FloatArray:
         return part.tilt
     numbers = as_numbers(getattr(part, field))
     is_one = numbers.ndim == 0 and np.isfinite(numbers)
-    if isinstance(part, Record) and is_one and depths(type(part))[field] > 0:  # of several
+    if isinstance(part, Record) and is_one and _rules(part)[field].depth > 0:  # of several
         return np.full(_rules(part)[field].length or vehicle.n_rotors, float(numbers))
     return numbers
 

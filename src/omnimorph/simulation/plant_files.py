@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from functools import reduce
 from importlib import resources
 from importlib.resources.abc import Traversable
-from typing import Any, TypeVar
+from operator import or_
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+
+from pydantic import Field
 
 from omnimorph.design.documents import (
     catalogue_names,
@@ -16,17 +20,53 @@ from omnimorph.design.documents import (
     record_or_file,
 )
 from omnimorph.design.input_files import is_file
+from omnimorph.design.records import declared
+from omnimorph.design.tables import Line, Table, file_model, table_with
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant_model import PlantModel
 
-__all__ = ["PlantLike", "as_plant", "built_of", "list_plants", "load_plant", "plant_of_table"]
+__all__ = [
+    "PlantFile",
+    "PlantLike",
+    "PlantTable",
+    "as_plant",
+    "built_of",
+    "list_plants",
+    "load_plant",
+    "plant_of_table",
+]
 
 PlantLike = PlantModel | str | os.PathLike[str]
 """A plant, or the name or file of one."""
 
 Built = TypeVar("Built")
 _EFFECTS = {effect.kind: effect for effect in EFFECTS}
+
+
+if TYPE_CHECKING:
+    AnyEffect = Any
+else:
+    AnyEffect = Annotated[reduce(or_, map(file_model, EFFECTS)), Field(discriminator="kind")]
+
+_FIELDS = [field for field in declared(PlantModel).values() if field.allowed]
+
+
+class PlantTable(table_with(_FIELDS)):  # type: ignore[misc]
+    """``[plant]``: time steps, integrator and imperfections."""
+
+    effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
+
+
+class PlantFile(Table):
+    """A plant file."""
+
+    schema_version: Literal[1] = Field(
+        alias="schema", description="1, the version this package reads"
+    )
+    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
+    title: Line = Field(default="", description="one line of text, at most 200 characters")
+    plant: PlantTable = Field(description="a table, written [plant]")
 
 
 def list_plants() -> list[str]:
@@ -42,8 +82,6 @@ def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
     ScenarioError
         As `omnimorph.load_scenario` does.
     """
-    from omnimorph.simulation.plant_schema import PlantFile
-
     file, text = find_document(name_or_path, _catalogue(), "plant", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     content = check_document(PlantFile, document, file, ScenarioError)

@@ -33,6 +33,7 @@ the sensors and a disturbance::
 
 from __future__ import annotations
 
+import json
 import os
 from functools import partial
 from importlib import resources
@@ -43,7 +44,7 @@ from typing import Any
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import AllocationRule, FixedTilt
+from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -65,6 +66,7 @@ from omnimorph.simulation.own_parts import OwnParts, PythonObject
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
 from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario_schema import ScenarioFile
 from omnimorph.units import to_SI
 
 __all__ = [
@@ -117,8 +119,6 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
     >>> load_scenario("paper-case-a").reference.duration
     45.0
     """
-    from omnimorph.simulation.scenario_schema import ScenarioFile
-
     document, file = _with_bases(name_or_path, [])
     content = check_document(ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
@@ -130,19 +130,16 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
         plant = built_of(file, lambda: plant_of_table(content.plant, "own"))
     built_of(file, lambda: check_it_can_fly(vehicle))
     start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
-    own = _own_parts(content, file, folder, allow_code)
     controller: Any = content.controller
     overrides: dict[str, Any] = {}
-    gains: TrackingGains = TrackingGains()
-    allocator: AllocationRule = _NONE
-    if "controller" not in own and controller.proposed:
+    if controller.kind == "paper" and controller.proposed:
         proposed = built_of(file, lambda: proposed_controller(vehicle, plant, start_tilt))
-        overrides = _overrides(controller, document["controller"], proposed, file)
+        controller = _beside_proposed(document, proposed, file)
+        overrides = _overrides(controller, document, proposed)
         gains, allocator = overridden(file, proposed, overrides)
-    elif "controller" not in own:
-        gains = TrackingGains.from_file(controller)
-        if "allocator" not in own:
-            allocator = _RULES[controller.allocator.kind].from_file(controller.allocator)
+    else:
+        gains, allocator = _stated(controller)
+    own = _own_parts(content, controller, file, folder, allow_code)
     return built_of(
         file,
         lambda: Scenario(
@@ -155,10 +152,10 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
             reference=_reference_from(content.reference, file, folder, allow_code),
             start_tilt=start_tilt,
             attitude_gives_way=getattr(controller, "attitude_gives_way", False),
-            proposed=getattr(controller, "proposed", False),
+            proposed=getattr(content.controller, "proposed", False),
             overrides=overrides,
             lost_beyond=content.lost_beyond_m,
-            own=OwnParts(**own),
+            own=own,
         ),
     )
 
@@ -257,31 +254,28 @@ def _is_proposed(document: Document) -> bool:
     return isinstance(controller, dict) and controller.get("proposed") is True
 
 
-def _overrides(content: Any, told: Document, proposed: Controller, file: str) -> dict[str, Any]:
-    """Return what a checked ``[controller]`` gives in place of what is proposed.
-
-    Keys of the allocator are checked beside those proposed, as if these stood in a base.
-    """
-    gains = values_of(TrackingGains, content)
-    given, rule = told.get("allocator"), proposed[1]
-    if not given or given.get("kind") == "python":
-        return gains
-    below = {"allocator": _in_lists(rule.as_file())}
-    whole = _rule_in(_laid_over({"allocator": given}, below)["allocator"], file)
-    flown = _RULES[whole.kind].from_file(whole)
-    if type(flown) is not type(rule):
-        return gains | {"allocator": flown}
-    named = {name for name, field in declared(type(flown)).items() if field.key in given}
-    weights = {name: getattr(flown, name) for name in named}
-    kind = {"kind": flown.kind} if "kind" in given else {}
-    return gains | {"allocator": kind | weights}
+def _beside_proposed(document: Document, proposed: Controller, file: str) -> Any:
+    """Return ``[controller]`` checked, with the proposed rule below it, as in a base."""
+    given = {"allocator": {}} | document["controller"] | {"proposed": False}
+    below = {"allocator": json.loads(json.dumps(proposed[1].as_file()))}  # lists, as TOML has them
+    whole = document | {"controller": _laid_over(given, below)}
+    return check_document(ScenarioFile, whole, file, ScenarioError).controller
 
 
-def _in_lists(value: Any) -> Any:
-    """Return the content of a record with the lists that TOML has in place of tuples."""
-    if isinstance(value, dict):
-        return {key: _in_lists(item) for key, item in value.items()}
-    return [_in_lists(item) for item in value] if isinstance(value, tuple) else value
+def _overrides(controller: Any, document: Document, proposed: Controller) -> dict[str, Any]:
+    """Return what ``[controller]`` gives in place of what is proposed, by the names of fields."""
+    overrides = values_of(TrackingGains, controller)
+    told = document["controller"].get("allocator", {})
+    if controller.allocator.kind == "python":
+        return overrides
+    rule = _RULES[controller.allocator.kind].from_file(controller.allocator)
+    if type(rule) is not type(proposed[1]):
+        overrides["allocator"] = rule
+    elif told:
+        names = [name for name, field in declared(type(rule)).items() if field.key in told]
+        kind = {"kind": rule.kind} if "kind" in told else {}
+        overrides["allocator"] = kind | {name: getattr(rule, name) for name in names}
+    return overrides
 
 
 def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> FloatArray:
@@ -291,36 +285,37 @@ def _start_tilt(degrees: float | list[float], vehicle: Vehicle, file: str) -> Fl
     return to_SI(np.array(degrees), "deg")
 
 
-def _own_parts(content: Any, file: str, folder: Path, allow_code: bool) -> dict[str, PythonObject]:
+def _stated(controller: Any) -> Controller:
+    """Return the gains and the rule that a table states; of one's own are none."""
+    rule = getattr(controller, "allocator", controller)
+    if rule.kind != "python":
+        return TrackingGains.from_file(controller), _RULES[rule.kind].from_file(rule)
+    gains = TrackingGains.from_file(controller) if rule is not controller else TrackingGains()
+    return gains, _NONE
+
+
+def _own_parts(
+    content: Any, controller: Any, file: str, folder: Path, allow_code: bool
+) -> OwnParts:
     """Return the parts of the loop that a file names as objects of one's own."""
     tables = {
-        "controller": content.controller,
-        "controller.allocator": getattr(content.controller, "allocator", None),
+        "controller": controller,
+        "controller.allocator": getattr(controller, "allocator", None),
         "sensors": content.sensors,
         "estimator": content.estimator,
         "disturbance": content.disturbance,
     }
-    own = {}
-    for key, table in tables.items():
-        if isinstance(table, dict) and table.get("kind") == "python":  # beside what is proposed
-            table = _rule_in(table, file)
-        if getattr(table, "kind", "") == "python":
-            own[key.rpartition(".")[2]] = _python_object(table, key, file, folder, allow_code)
-    return own
+    named: Any = {
+        key.rpartition(".")[2]: _python_object(table, key, file, folder, allow_code)
+        for key, table in tables.items()
+        if getattr(table, "kind", "") == "python"
+    }
+    return OwnParts(**named)
 
 
 def _python_object(table: Any, key: str, file: str, folder: Path, allow_code: bool) -> PythonObject:
     part = PythonObject(table.object, table.options, str(folder / table.folder))
     return part.checked(file, f"{key}.object", allow_code)
-
-
-def _rule_in(allocator: Document, file: str) -> Any:
-    """Return a table ``[controller.allocator]`` that stands beside what is proposed, checked."""
-    from omnimorph.simulation.scenario_schema import RuleInScenario
-
-    document = {"controller": {"allocator": allocator}}
-    content = check_document(RuleInScenario, document, file, ScenarioError)
-    return content.controller.allocator
 
 
 def _reference_from(content: Any, file: str, folder: Path, allow_code: bool) -> Reference:

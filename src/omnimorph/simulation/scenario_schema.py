@@ -11,7 +11,7 @@ from operator import or_
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, Discriminator, Field, Tag
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
@@ -28,10 +28,10 @@ from omnimorph.design.tables import (
 )
 from omnimorph.reference.ranges import POSITIONS, TIMES
 from omnimorph.reference.segments import Segment
-from omnimorph.simulation.plant_schema import PlantTable
+from omnimorph.simulation.plant_files import PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
-__all__ = ["ProposedTable", "RuleInScenario", "Samples", "ScenarioFile", "Waypoints"]
+__all__ = ["ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
 
 _QUATERNION = "four numbers w, x, y, z of unit length"
 
@@ -87,18 +87,6 @@ class ProposedTable(
     kind: Literal["paper"] = Field(default="paper", description="paper or python")
     attitude_gives_way: bool = Field(default=False, description="true or false")
     allocator: dict[str, Any] = Field(default={}, description="a table of weights")
-
-
-class RuleInController(BaseModel):
-    """The allocator alone, with what is proposed below what is given."""
-
-    allocator: AnyRule
-
-
-class RuleInScenario(BaseModel):
-    """The same, seen from the top of the file."""
-
-    controller: RuleInController
 
 
 class SegmentTable(table_with(declared(Segment).values())):  # type: ignore[misc]

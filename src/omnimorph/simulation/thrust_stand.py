@@ -21,7 +21,7 @@ from omnimorph.analysis.scaling import checked_tilt
 from omnimorph.arrays import as_numbers
 from omnimorph.design.files import as_vehicle
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record, check_record, quantity
+from omnimorph.design.records import Record, quantity, record_of
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
@@ -223,7 +223,7 @@ class ThrustStand:
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)
         object.__setattr__(self, "tilt", tilt)
-        check_record(_STAND, "sensor", self.sensor, SixAxisSensor)
+        record_of(_STAND, "sensor", self.sensor, SixAxisSensor)
         self._plant().core_fields(self._held())
 
     def measure(self, profile: SpeedProfile, seed: int = 0) -> StandReading:
@@ -253,7 +253,7 @@ class ThrustStand:
         TooLargeError
             If the reading has more rows than memory holds.
         """
-        check_record(_STAND, "profile", profile, SpeedProfile)
+        record_of(_STAND, "profile", profile, SpeedProfile)
         thrust = self._commands(profile)
         seed = whole_number(_STAND, "seed", seed, 64)
         rate = self.sensor.rate

@@ -7,13 +7,12 @@ import pty
 import select
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from tests.forked import Forked
 from tests.left_processes import omnimorph_command
 
 import omnimorph
@@ -32,19 +31,18 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return found | {"PYTHONPATH": package, "PYTHONWARNINGS": "error"}
 
 
+@pytest.fixture(scope="session")
+def forked(environment: dict[str, str]) -> Iterator[Forked]:
+    """What runs the commands."""
+    server = Forked(environment)
+    yield server
+    server.close()
+
+
 @pytest.fixture
-def program(environment: dict[str, str], tmp_path: Path) -> Program:
+def program(forked: Forked, tmp_path: Path) -> Program:
     """Run ``omnimorph WORD ...`` in an empty folder, to its end."""
-
-    def run(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "omnimorph", *map(str, words)]
-        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 120.0}
-        settings |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-        done: subprocess.CompletedProcess[str]
-        done = subprocess.run(command, text=True, check=False, **settings)
-        return done
-
-    return run
+    return lambda *words: forked.run([*map(str, words)], tmp_path)
 
 
 @pytest.fixture

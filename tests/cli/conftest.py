@@ -16,6 +16,7 @@ from tests.forked import Forked
 from tests.left_processes import omnimorph_command
 
 import omnimorph
+from omnimorph.cli.main import COMMANDS
 
 Program = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -33,16 +34,24 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 @pytest.fixture(scope="session")
 def forked(environment: dict[str, str]) -> Iterator[Forked]:
-    """What runs the commands."""
-    server = Forked(environment)
-    yield server
-    server.close()
+    """A process that has imported what commands need, and later need."""
+    later = "matplotlib.backends.backend_svg, jinja2, h5py, omnimorph.report.analysis_page"
+    needs = sorted({name for one in COMMANDS.values() for name in one.NEEDS})
+    process = Forked(f"import runpy, sys, {', '.join(needs)}, {later}", environment)
+    yield process
+    process.close()
 
 
 @pytest.fixture
 def program(forked: Forked, tmp_path: Path) -> Program:
-    """Run ``omnimorph WORD ...`` in an empty folder, to its end."""
-    return lambda *words: forked.run([*map(str, words)], tmp_path)
+    """Run ``python -m omnimorph WORD ...`` in an empty folder, to its end."""
+
+    def run(*words: object) -> subprocess.CompletedProcess[str]:
+        arguments = ["omnimorph", *map(str, words)]
+        as_module = 'runpy.run_module("omnimorph", run_name="__main__")'
+        return forked.run(f"sys.argv = {arguments!r}; {as_module}", tmp_path)
+
+    return run
 
 
 @pytest.fixture

@@ -129,7 +129,10 @@ def main(what: str, *words: str) -> None:
     """Do what the words say."""
     warnings.simplefilter("ignore", UnlikelyUnitWarning)  # mutated numbers deserve it
     faulthandler.register(signal.SIGPROF, chain=True)  # a traceback, and then the end
-    {"cases": read_cases, "files": read_files}[what](*words)
+    if what == "cases":
+        read_cases(*words)
+    else:
+        read_files(*words)
 
 
 if __name__ == "__main__":

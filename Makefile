@@ -18,8 +18,9 @@ ifneq ($(wildcard /etc/ssl/certs/ca-certificates.crt),)
 export UV_SYSTEM_CERTS ?= 1
 endif
 
-# Tests on every core; those of one file stay together, as they share what was flown for them.
-IN_PARALLEL := --numprocesses auto --dist loadfile
+# Tests on every core; those of one file stay together, as they share what was flown for them. Files
+# go as they are sorted: those that take long, of the command line, first.
+IN_PARALLEL := --numprocesses auto --dist loadfile --no-loadscope-reorder
 
 # What the installed package is made of.
 SOURCES := $(sort pyproject.toml CMakeLists.txt README.md LICENSE $(shell \

@@ -7,16 +7,16 @@ import pty
 import select
 import signal
 import subprocess
-import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
+from tests.forked import Forked
 from tests.left_processes import omnimorph_command
 
 import omnimorph
+from omnimorph.cli.main import COMMANDS
 
 Program = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -32,17 +32,24 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     return found | {"PYTHONPATH": package, "PYTHONWARNINGS": "error"}
 
 
-@pytest.fixture
-def program(environment: dict[str, str], tmp_path: Path) -> Program:
-    """Run ``omnimorph WORD ...`` in an empty folder, to its end."""
+@pytest.fixture(scope="session")
+def forked(environment: dict[str, str]) -> Iterator[Forked]:
+    """A process that has imported what commands need, and later need."""
+    later = "matplotlib.backends.backend_svg, jinja2, h5py, omnimorph.report.analysis_page"
+    needs = sorted({name for one in COMMANDS.values() for name in one.NEEDS})
+    process = Forked(f"import runpy, sys, {', '.join(needs)}, {later}", environment)
+    yield process
+    process.close()
 
-    def run(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-m", "omnimorph", *map(str, words)]
-        settings: dict[str, Any] = {"cwd": tmp_path, "env": environment, "timeout": 120.0}
-        settings |= {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options
-        done: subprocess.CompletedProcess[str]
-        done = subprocess.run(command, text=True, check=False, **settings)
-        return done
+
+@pytest.fixture
+def program(forked: Forked, tmp_path: Path) -> Program:
+    """Run ``python -m omnimorph WORD ...`` in an empty folder, to its end."""
+
+    def run(*words: object) -> subprocess.CompletedProcess[str]:
+        arguments = ["omnimorph", *map(str, words)]
+        as_module = 'runpy.run_module("omnimorph", run_name="__main__")'
+        return forked.run(f"sys.argv = {arguments!r}; {as_module}", tmp_path)
 
     return run
 

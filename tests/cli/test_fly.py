@@ -6,6 +6,7 @@ import json
 import re
 import resource
 import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -148,7 +149,7 @@ def test_a_lost_vehicle_is_said_and_kept(program: Program, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("older", [False, True])
 def test_a_full_disk_leaves_what_was_there(
-    program: Program, environment: dict[str, str], tmp_path: Path, older: bool
+    environment: dict[str, str], tmp_path: Path, older: bool
 ) -> None:
     """The largest file the process may write is too small for the run."""
     if older:
@@ -156,12 +157,14 @@ def test_a_full_disk_leaves_what_was_there(
         Path(tmp_path, "deep", "out", "metrics.json").write_text("older", encoding="utf-8")
     before = files_in(tmp_path)
     most = 500_000
-    done = program(
-        "fly",
-        "hover",
-        "--out=deep/out",
+    done = subprocess.run(
+        [sys.executable, "-m", "omnimorph", "fly", "hover", "--out=deep/out"],
+        cwd=tmp_path,
         env=environment | {"PYTHONDONTWRITEBYTECODE": "1"},
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = done.stderr.splitlines()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -144,10 +145,13 @@ def test_vehicle_that_cannot_be_used(
     assert not Path(tmp_path, "out").exists()
 
 
-def test_standard_output_that_is_full(program: Program) -> None:
+def test_standard_output_that_is_full(environment: dict[str, str]) -> None:
     """A device on which nothing can be written, as a full disk."""
+    command = [sys.executable, "-m", "omnimorph", "vehicles"]
     with open("/dev/full", "w", encoding="utf-8") as full:
-        done = program("vehicles", stdout=full)
+        done = subprocess.run(
+            command, env=environment, stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
     assert done.returncode == 2
     (line,) = done.stderr.splitlines()
     assert line.startswith("omnimorph: standard output cannot be written: ")

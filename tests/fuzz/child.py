@@ -125,10 +125,15 @@ BUGS: dict[str, Callable[[Kind], Kind]] = {
 }
 
 
-if __name__ == "__main__":
+def main(what: str, *words: str) -> None:
+    """Do what the words say."""
     warnings.simplefilter("ignore", UnlikelyUnitWarning)  # mutated numbers deserve it
     faulthandler.register(signal.SIGPROF, chain=True)  # a traceback, and then the end
-    if sys.argv[1] == "cases":
-        read_cases(*sys.argv[2:])
+    if what == "cases":
+        read_cases(*words)
     else:
-        read_files(*sys.argv[2:])
+        read_files(*words)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

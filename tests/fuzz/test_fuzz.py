@@ -9,9 +9,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.forked import Forked
 from tests.fuzz.kinds import KINDS
 
 import omnimorph
@@ -20,19 +22,34 @@ SEEDS = Path(__file__).parent / "seeds"
 CASES = dict.fromkeys(KINDS, 2000) | {"random-vehicle": 80}
 
 
+@pytest.fixture(scope="module")
+def forked() -> Iterator[Forked]:
+    """A process for small cases that has imported what reads them."""
+    process = Forked("from tests.fuzz import child", environment() | {"PYTHONWARNINGS": "error"})
+    yield process
+    process.close()
+
+
+def environment() -> dict[str, str]:
+    package, tests = Path(omnimorph.__file__).parents[1], Path(__file__).parents[2]
+    return os.environ | {"PYTHONPATH": f"{package}:{tests}", "OPENBLAS_NUM_THREADS": "1"}
+
+
 def fuzzed(folder: Path, *words: object) -> list[str]:
     """Read files of a kind in a process of its own; return what went wrong, a line each."""
-    package, tests = Path(omnimorph.__file__).parents[1], Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONPATH": f"{package}:{tests}", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(
         [sys.executable, "-W", "error", "-m", "tests.fuzz.child", *map(str, words)],
         cwd=folder,
-        env=environment,
+        env=environment(),
         capture_output=True,
         text=True,
         check=False,
         timeout=900.0,
     )
+    return failures_of(done)
+
+
+def failures_of(done: subprocess.CompletedProcess[str]) -> list[str]:
     lines = done.stdout.splitlines()
     failures = [line for line in lines if line.startswith("failed ")]
     if done.returncode:
@@ -48,10 +65,10 @@ def test_bad_files_are_told(kind: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_once_failed_is_told(kind: str, tmp_path: Path) -> None:
-    files = sorted((SEEDS / kind).glob("*"))
+def test_what_once_failed_is_told(kind: str, forked: Forked, tmp_path: Path) -> None:
+    files = sorted(map(str, (SEEDS / kind).glob("*")))
     assert files
-    assert fuzzed(tmp_path, "files", kind, *files) == []
+    assert failures_of(forked.run(f"child.main('files', {kind!r}, *{files!r})", tmp_path)) == []
 
 
 @pytest.mark.slow

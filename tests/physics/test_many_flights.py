@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import subprocess
 import sys
@@ -14,6 +15,8 @@ from tests.unit.test_effects import EXAMPLES
 
 import omnimorph as om
 from omnimorph import _core, effects
+from omnimorph.model.core import state_row
+from omnimorph.protocols import FloatArray
 from omnimorph.results.run import COLUMNS
 from omnimorph.simulation.effects import Effect
 
@@ -28,13 +31,13 @@ def two_seconds(
 ) -> om.Scenario:
     """Return a scenario whose first two seconds are flown, with control at 250 Hz."""
     whole = om.load_scenario(name)
-    wishes = whole.reference
 
     class Beginning:
         duration = 2.0
+        __call__ = whole.reference.__call__
 
-        def __call__(self, time: float) -> om.Desired:
-            return wishes(time)
+        def sample(self, times: FloatArray) -> FloatArray:
+            return rows_of(name, tuple(times.tolist()))
 
     plant = om.PlantModel(
         control_period=4e-3,
@@ -42,6 +45,13 @@ def two_seconds(
         integrator=integrator,  # type: ignore[arg-type]
     )
     return replace(whole, reference=Beginning(), plant=plant)
+
+
+@functools.cache
+def rows_of(name: str, times: tuple[float, ...]) -> FloatArray:
+    """Return the rows of a scenario's reference, computed once for all flights here."""
+    wishes = om.load_scenario(name).reference
+    return np.array([state_row(*wishes(time)) for time in times])
 
 
 def assert_same(one: om.Run, other: om.Run) -> None:

@@ -5,12 +5,15 @@ The doors are tried in processes of their own, which may have a gigabyte more th
 
 from __future__ import annotations
 
+import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+from tests.forked import Forked
 
 from omnimorph.machine.memory import available_bytes
 
@@ -87,7 +90,7 @@ def test_without_proc_there_is_what_the_machine_has(tmp_path: Path) -> None:
 
 # --- the doors ------------------------------------------------------------------------------------
 
-_LIMITED = """
+_FLOWN = """
 import os, resource
 from dataclasses import replace
 from pathlib import Path
@@ -107,6 +110,9 @@ def peak():  # not ru_maxrss, which begins with what the parent held
 
 om.fly(om.load_scenario("hover"))
 om.fly_many(om.load_scenario("hover"), 1)
+"""
+
+_LIMIT = """
 pages = int(open("/proc/self/statm").read().split()[0])
 most = pages * os.sysconf("SC_PAGE_SIZE") + 10**9
 resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -114,17 +120,27 @@ before = peak()
 """
 
 
-def limited(program: str, folder: Path) -> list[str]:
+Limited = Callable[[str], list[str]]
+
+
+@pytest.fixture(scope="module")
+def forked() -> Iterator[Forked]:
+    """What has flown, so that what a door takes is not hidden by what a first flight takes."""
+    process = Forked(_FLOWN, dict(os.environ))
+    yield process
+    process.close()
+
+
+@pytest.fixture
+def limited(forked: Forked, tmp_path: Path) -> Limited:
     """Run a program that may have a gigabyte; return the lines it prints."""
-    done = subprocess.run(
-        [sys.executable, "-c", _LIMITED + program],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return done.stdout.splitlines()
+
+    def run(program: str) -> list[str]:
+        done = forked.run(_LIMIT + program, tmp_path)
+        assert done.returncode == 0, done.stderr[-2000:]
+        return done.stdout.splitlines()
+
+    return run
 
 
 DOORS = {
@@ -213,12 +229,11 @@ om.load_run("large.nc")""",
 
 
 @pytest.mark.parametrize("door", DOORS)
-def test_a_door_refuses_before_it_takes(door: str, tmp_path: Path) -> None:
+def test_a_door_refuses_before_it_takes(door: str, limited: Limited) -> None:
     program = "\n".join(f"    {line}" for line in DOORS[door].strip().splitlines())
     told = limited(
         f"try:\n{program}\nexcept TooLargeError as refused:\n"
-        "    print(refused)\n    print(peak() - before)\n",
-        tmp_path,
+        "    print(refused)\n    print(peak() - before)\n"
     )
     message, megabytes = told
     size = r"[\d.e+]+ [MGT]B"
@@ -226,21 +241,20 @@ def test_a_door_refuses_before_it_takes(door: str, tmp_path: Path) -> None:
     assert float(megabytes) < 100.0
 
 
-def test_the_estimate_is_what_a_flight_takes(tmp_path: Path) -> None:
+def test_the_estimate_is_what_a_flight_takes(limited: Limited) -> None:
     told = limited(
         "from omnimorph.simulation.recording import bytes_of_flights\n"
         "scenario = lasting(300.0)\n"
         "before = peak()\n"
         "om.fly(scenario).metrics\n"
-        "print(peak() - before, bytes_of_flights(scenario, 1) / 2**20)\n",
-        tmp_path,
+        "print(peak() - before, bytes_of_flights(scenario, 1) / 2**20)\n"
     )
     took, estimated = map(float, told[0].split())
     assert 0.9 * took < estimated < 1.3 * took
 
 
-def test_what_fits_is_flown_under_the_same_limit(tmp_path: Path) -> None:
-    told = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())", tmp_path)
+def test_what_fits_is_flown_under_the_same_limit(limited: Limited) -> None:
+    told = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())")
     assert told == ["True"]
 
 
@@ -249,7 +263,9 @@ def test_what_fits_is_flown_under_the_same_limit(tmp_path: Path) -> None:
     ["", "chunks=(4096, *shape), compression=1", "chunks=(4096, *shape), fletcher32=True"],
 )
 @pytest.mark.parametrize("rows", [7 * 10**8, 10**6])
-def test_a_run_file_that_claims_more_than_it_holds(options: str, rows: int, tmp_path: Path) -> None:
+def test_a_run_file_that_claims_more_than_it_holds(
+    options: str, rows: int, limited: Limited
+) -> None:
     """HDF5 makes numbers up where none were written; a file of a few kB can claim terabytes."""
     message, megabytes = limited(
         f"""
@@ -270,8 +286,7 @@ try:
 except RunFileError as refused:
     print(refused)
     print(peak() - before)
-""",
-        tmp_path,
+"""
     )
     told = "claims.nc: the run cannot be read: it is cut off or damaged (it does not hold all of "
     assert message == f"{told}time)."

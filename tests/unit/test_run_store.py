@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import gzip
-import subprocess
-import sys
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ import h5py
 import numpy as np
 import pytest
 import xarray
+from tests.forked import Forked
 
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
@@ -240,23 +240,28 @@ def test_hash_stays_the_same_over_versions_and_machines(random_run: Callable[...
 # --- nothing half-written -----------------------------------------------------------------------
 
 WRITE_WITH_LITTLE_SPACE = """
-import resource, sys
-from pathlib import Path
-from omnimorph.errors import RunFileError
-from omnimorph.results.store import load_run
-source, target, limit = sys.argv[1:]
-run = load_run(source)
-resource.setrlimit(resource.RLIMIT_FSIZE, (int(limit), int(limit)))
+run = load_run("source.nc")
+most = resource.getrlimit(resource.RLIMIT_FSIZE)
+resource.setrlimit(resource.RLIMIT_FSIZE, (limit, most[1]))
 try:
-    run.save(target)
+    run.save("full/run.nc")
 except RunFileError as error:
+    resource.setrlimit(resource.RLIMIT_FSIZE, most)
     print(error)
 """
 
 
+@pytest.fixture(scope="module")
+def forked() -> Iterator[Forked]:
+    imports = "import resource, h5py; from omnimorph.errors import RunFileError"
+    process = Forked(f"{imports}; from omnimorph.results.store import load_run", dict(os.environ))
+    yield process
+    process.close()
+
+
 @pytest.mark.parametrize("share", [0.0, 0.001, 0.2, 0.5, 0.9, 0.999])
 def test_no_space_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, share: float, random_run: Callable[..., Run]
+    tmp_path: Path, share: float, random_run: Callable[..., Run], forked: Forked
 ) -> None:
     """The process may write less than the file needs, as on a disk that is full."""
     random_run(500).save(tmp_path / "source.nc")
@@ -265,14 +270,9 @@ def test_no_space_leaves_the_old_file_and_nothing_else(
     target = folder / "run.nc"
     target.write_text("older")
     limit = int(share * (tmp_path / "source.nc").stat().st_size)
-    result = subprocess.run(
-        [sys.executable, "-c", WRITE_WITH_LITTLE_SPACE, tmp_path / "source.nc", target, str(limit)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    result = forked.run(f"limit = {limit}\n" + WRITE_WITH_LITTLE_SPACE, tmp_path)
     assert (result.returncode, result.stderr) == (0, "")
-    assert result.stdout == f"{target}: it cannot be written: File too large.\n"
+    assert result.stdout == f"{Path('full/run.nc')}: it cannot be written: File too large.\n"
     assert [path.name for path in folder.iterdir()] == ["run.nc"]
     assert target.read_text() == "older"
 

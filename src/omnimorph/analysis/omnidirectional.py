@@ -8,6 +8,8 @@ paper does not say which it takes; its 37° is the first.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +18,7 @@ from omnimorph.analysis.scaling import searched_range
 from omnimorph.analysis.tilt_search import highest_point, intervals_above_zero
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.files import VehicleLike, as_vehicle
+from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
@@ -113,9 +116,7 @@ def omnidirectional_range(
     vehicle = as_vehicle(vehicle)
     weight = vehicle.mass * GRAVITY
     return intervals_above_zero(
-        lambda tilt: (
-            inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True) - weight
-        ),
+        lambda tilt: _extent(vehicle, tilt, zero_moment).radius - weight,
         *searched_range(vehicle, beyond_limits),
     )
 
@@ -131,8 +132,7 @@ def level_hover_range(vehicle: VehicleLike, *, beyond_limits: bool = False) -> F
     weight = vehicle.mass * GRAVITY
 
     def spare(tilt: float) -> float:
-        forces = force_set(vehicle, tilt, zero_moment=True, beyond_limits=True)
-        least, most = forces.stretch(_UP)
+        _, least, most = _extent(vehicle, tilt, True)
         return min(most - weight, weight - least)
 
     return intervals_above_zero(spare, *searched_range(vehicle, beyond_limits))
@@ -147,11 +147,7 @@ def tilt_of_largest_radius(
     """
     vehicle = as_vehicle(vehicle)
     low, high = searched_range(vehicle, beyond_limits)
-    return highest_point(
-        lambda tilt: inscribed_radius(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True),
-        low,
-        high,
-    )
+    return highest_point(lambda tilt: _extent(vehicle, tilt, zero_moment).radius, low, high)
 
 
 def omnidirectionality(vehicle: VehicleLike, limits: tuple[float, float]) -> Omnidirectionality:
@@ -175,6 +171,26 @@ def omnidirectionality(vehicle: VehicleLike, limits: tuple[float, float]) -> Omn
         zero_moment_beyond=zero,
         level_beyond=level,
     )
+
+
+class _Extent(NamedTuple):
+    """How far a set of forces reaches, N: to every side, and straight up."""
+
+    radius: float
+    least_upwards: float
+    most_upwards: float
+
+
+_extents: WeakKeyDictionary[Vehicle, dict[tuple[float, bool], _Extent]] = WeakKeyDictionary()
+
+
+def _extent(vehicle: Vehicle, tilt: float, zero_moment: bool) -> _Extent:
+    """Return how far the forces reach at a common tilt; kept, as every search takes these tilts."""
+    known = _extents.setdefault(vehicle, {})
+    if (tilt, zero_moment) not in known:
+        forces = force_set(vehicle, tilt, zero_moment=zero_moment, beyond_limits=True)
+        known[tilt, zero_moment] = _Extent(forces.inscribed_radius, *forces.stretch(_UP))
+    return known[tilt, zero_moment]
 
 
 def _within(intervals: FloatArray, limits: tuple[float, float]) -> FloatArray:

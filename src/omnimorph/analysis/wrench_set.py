@@ -197,8 +197,9 @@ def _section(vehicle: Vehicle, C: FloatArray, E: FloatArray, e: FloatArray) -> P
     reach = hull.normals @ centre
     # As unit vectors: what part of a normal belongs to x and what to the equations can be told.
     length = np.sqrt(np.einsum("fk,fk->f", hull.normals, hull.normals))
-    normals = np.concatenate([hull.normals, -hull.normals]) / np.r_[length, length][:, None]
-    offsets = np.concatenate([hull.widths + reach, hull.widths - reach]) / np.r_[length, length]
+    half = hull.normals / length[:, None]
+    normals = np.concatenate([half, -half])
+    offsets = np.concatenate([(hull.widths + reach) / length, (hull.widths - reach) / length])
     # (x, e) must lie in the flat of the zonotope: these are the equations for x.
     P = hull.across[:k].T
     p = hull.across.T @ centre - hull.across[k:].T @ e

@@ -13,6 +13,8 @@
 from __future__ import annotations
 
 import argparse
+import atexit
+import gc
 import sys
 import traceback
 from collections.abc import Sequence
@@ -83,6 +85,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             with interrupts.wait():
                 for module in command.NEEDS:
                     import_module(module)
+            if arguments is None:
+                _collect_rarely()
             with console.printed_warnings():
                 answer: console.Answer = command.answer(options)
         console.write(answer.as_json() if options.json else answer.text)
@@ -112,6 +116,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"this is our fault (omnimorph {__version__}); please report the lines above."
         )
         return OUR_FAULT
+
+
+def _collect_rarely() -> None:
+    """Let Python seldom look for garbage, in a process that ends soon and keeps what it makes."""
+    gc.freeze()
+    gc.set_threshold(20_000, 50, 50)
+    atexit.register(gc.freeze)
 
 
 def parsed(words: list[str]) -> argparse.Namespace:

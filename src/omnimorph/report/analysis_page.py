@@ -22,6 +22,7 @@ from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import save_svg
 from omnimorph.report.tables import Table, degrees, number, source_table, tilt_words
 from omnimorph.results.atomic import write_text
+from omnimorph.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,8 +123,6 @@ def _hovers_somewhere(analysis: VehicleAnalysis) -> bool:
 
 
 def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[str, Any]:
-    from omnimorph import __version__
-
     vehicle, asked = analysis.vehicle, analysis.asked
     used = [name for name in vehicle.sources if name in _USED]
     assumed = [name for name in used if vehicle.sources[name].assumed]

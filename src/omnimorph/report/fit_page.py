@@ -14,6 +14,7 @@ from omnimorph.report.style import save_svg
 from omnimorph.report.tables import Table, number
 from omnimorph.results.atomic import write_text
 from omnimorph.units import from_SI
+from omnimorph.version import __version__
 
 __all__ = ["PAGE", "write_fit_page"]
 
@@ -29,8 +30,6 @@ def write_fit_page(fit: RotorFit, folder: Path) -> Path:
     RunFileError
         If something cannot be written.
     """
-    from omnimorph import __version__
-
     figures = folder / "figures"
     figures.mkdir(exist_ok=True)
     drawings = {

@@ -24,6 +24,7 @@ from omnimorph.errors import RunFileError
 from omnimorph.results.atomic import write_text
 from omnimorph.results.metrics import Metrics
 from omnimorph.simulation.scenario import Scenario
+from omnimorph.version import __version__
 
 __all__ = ["FlightLog", "Flown", "flight_keys", "is_flight_log"]
 
@@ -70,7 +71,7 @@ def flight_keys(scenarios: Sequence[Scenario], seeds: Sequence[int]) -> list[str
 def _build() -> str:
     """Return the hash of version and compiled core: a rebuilt one flies everything again."""
     core = next(Path(omnimorph.__file__).parent.glob("_core*.so"))
-    return hashlib.sha256(omnimorph.__version__.encode() + core.read_bytes()).hexdigest()
+    return hashlib.sha256(__version__.encode() + core.read_bytes()).hexdigest()
 
 
 def is_flight_log(path: Path) -> bool:

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from omnimorph.bench.peers.missing import NotInstalled, imported
-from omnimorph.bench.peers.rotorpy_loop import parameters
+from benchmarks.peers.missing import NotInstalled, imported
+from benchmarks.peers.rotorpy_loop import parameters
 from omnimorph.design.files import load_vehicle
 from omnimorph.model.allocation import allocation_matrix
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from omnimorph.bench.peers.missing import imported
-from omnimorph.bench.peers.recorded_problems import Problem
+from benchmarks.peers.missing import imported
+from benchmarks.peers.recorded_problems import Problem
 from omnimorph.control.box_qp import solve_box_qp
 from omnimorph.protocols import FloatArray
 

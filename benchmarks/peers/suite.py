@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.peers import crazyflow_loop, mujoco_loop, rotorpy_loop
+from benchmarks.peers import quadrotor as q
+from benchmarks.peers.limits import what_peers_cannot_run
+from benchmarks.peers.missing import NotInstalled, quiet
+from benchmarks.peers.recorded_problems import Problem, recorded_problems
+from benchmarks.peers.solvers import SOLVERS, Answers, Solve, exact_answers, solve_all
 from omnimorph.bench.batches import omnimorphs_per_s
 from omnimorph.bench.measurement import BenchReport, Measurement
-from omnimorph.bench.peers import crazyflow_loop, mujoco_loop, rotorpy_loop
-from omnimorph.bench.peers import quadrotor as q
-from omnimorph.bench.peers.limits import what_peers_cannot_run
-from omnimorph.bench.peers.missing import NotInstalled, quiet
-from omnimorph.bench.peers.recorded_problems import Problem, recorded_problems
-from omnimorph.bench.peers.solvers import SOLVERS, Answers, Solve, exact_answers, solve_all
 from omnimorph.bench.provenance import provenance_of_machine
 from omnimorph.machine.children import end_with
 from omnimorph.protocols import FloatArray

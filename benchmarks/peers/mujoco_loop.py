@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from omnimorph.bench.peers import quadrotor as q
-from omnimorph.bench.peers.missing import imported
+from benchmarks.peers import quadrotor as q
+from benchmarks.peers.missing import imported
 
 __all__ = ["fly", "model_text"]
 

@@ -5,6 +5,6 @@ Every peer is optional (extra ``bench``); one that is not installed is named in 
 
 from __future__ import annotations
 
-from omnimorph.bench.peers.suite import measure_peers
+from benchmarks.peers.suite import measure_peers
 
 __all__ = ["measure_peers"]

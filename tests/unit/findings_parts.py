@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import math
+import re
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -14,6 +17,7 @@ from tests.unit.conftest import build_random_run
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
+from omnimorph.report.page import Picture
 from omnimorph.report.tables import Table
 from omnimorph.results.measures import MEASURES
 from omnimorph.simulation.thrust_stand import StandReading
@@ -21,7 +25,6 @@ from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT, Ablation, Condition, Lag
 from omnimorph.studies.reproduction.degraded import Degraded, PaperLoss
-from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import PaperFlights, Variant
 from omnimorph.studies.reproduction.frontier import Frontier
 from omnimorph.studies.reproduction.hypotheses import (
@@ -31,12 +34,16 @@ from omnimorph.studies.reproduction.hypotheses import (
 )
 from omnimorph.studies.reproduction.interference import Experiment, StandTest
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT, Share
+from omnimorph.studies.reproduction.page import page_text
+from omnimorph.studies.reproduction.plan import Plan
+from omnimorph.studies.reproduction.rendering import as_table, templates
+from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.tilt_choice import Choice, Gap, LowerBound, TiltChoice
 from omnimorph.studies.reproduction.verdicts import Verdict
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS, spread_words
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_words
 
-NAMES = A, B, W3, FIXED_A, FIXED_B = tuple(FLIGHT_WORDS)
+NAMES = A, B, W3, FIXED_A, FIXED_B = tuple(FLIGHT_LABELS)
 TURN = 2.0 * math.pi
 LIMITS = (170.0 * TURN, 220.0 * TURN)
 WORDS = {
@@ -125,6 +132,42 @@ def assert_rows(table: Table, expected: list[list[str]], *head: str) -> None:
     assert table.caption.endswith(".")
 
 
+def table_text(name: str, *found: Any) -> str:
+    """Return a table of the page in Markdown, from what was found."""
+    return str(getattr(templates().get_template("tables.md.j2").module, name)(*found))
+
+
+def table(name: str, *found: Any) -> Table:
+    """Return a table of the page, from what was found."""
+    return as_table(table_text(name, *found))
+
+
+@cache
+def page_of_findings() -> str:
+    """Return the page of what was made up, without figures and claims."""
+    matrix = SimpleNamespace(rotors=(), misprints=(), entries=())
+    design: Any = SimpleNamespace(analysis=SimpleNamespace(at=()), examples=(), matrix=matrix)
+    return page_text(
+        replace(findings(), design=design),
+        defaultdict(list),
+        defaultdict(lambda: Picture("", "")),
+        plan=Plan.quickly(),
+        flown={},
+        run_files=[],
+    )
+
+
+def text_of(part: str) -> str:
+    """Return the words of a piece of HTML as they are read."""
+    return " ".join(html.unescape(re.sub(r"<[^>]+>", "", part)).split())
+
+
+def listed_in(page: str) -> list[str]:
+    """Return the texts of a list in HTML, item by item, as they are read."""
+    items = re.findall(r"<li>(.*?)</li>", page, re.DOTALL)
+    return [text_of(item) for item in items]
+
+
 def signed(share: float) -> str:
     return f"{100.0 * share:+.1f}".replace("-", "−")
 
@@ -138,9 +181,9 @@ def per_cent(share: float) -> str:
 
 
 @cache
-def findings() -> Findings:
+def findings() -> Results:
     """Make up everything but the design, which is computed and not flown."""
-    return Findings(
+    return Results(
         design=SimpleNamespace(),  # type: ignore[arg-type]
         flights=_flights(),
         hypotheses=_hypotheses(),

@@ -6,18 +6,18 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.unit.findings_parts import table
 
 import omnimorph as om
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction.design import _counter_examples, _judge_conditions
 from omnimorph.studies.reproduction.flights import PaperFlights, Variant
-from omnimorph.studies.reproduction.page_tables import energy_table
 from omnimorph.studies.reproduction.spread import Spread
 from omnimorph.studies.reproduction.verdicts import Verdict
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS, spread_words
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_words
 
 RUN = om.fly(om.load_scenario("hover"))
-NAMES = list(FLIGHT_WORDS)
+NAMES = list(FLIGHT_LABELS)
 A, B = NAMES[:2]
 GROUPS = ("realistic", "without_momentum", "pose_only", "in_wakes")
 
@@ -62,8 +62,8 @@ def test_results_hold_each_flight_under_its_own_name() -> None:
 
 def test_energies_stand_in_the_row_of_their_flight_and_in_their_unit() -> None:
     flights = made_up()
-    rows = {row[0]: row[1:] for row in energy_table(flights).rows}
-    for k, words in enumerate(FLIGHT_WORDS.values()):
+    rows = {row[0]: row[1:] for row in table("energy", flights).rows}
+    for k, words in enumerate(FLIGHT_LABELS.values()):
         for row, begin in ((words, 1000.0), (f"{words}, no rotor momentum", 2000.0)):
             mean = begin + 100.0 * k + 2.0
             count, joules, perfect = (cell.split()[0] for cell in rows[row][:3])

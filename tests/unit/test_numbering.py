@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.findings_parts import table
 from tests.visitor import Visitor, wait_until
 
 import omnimorph as om
@@ -18,7 +19,6 @@ from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.live.page import LivePage
 from omnimorph.report import figures, style
 from omnimorph.studies.reproduction.lost_thrust import Share
-from omnimorph.studies.reproduction.page_tables import dead_rotor_table
 from omnimorph.studies.reproduction.study_figures import draw_frontier
 from omnimorph.viewer.charts import charts_of
 from omnimorph.viewer.flight_page import notices
@@ -86,7 +86,7 @@ def test_the_rotor_that_is_named_is_cut() -> None:
 
 def test_tables_of_the_reproduction_number_the_rotors() -> None:
     found: Any = SimpleNamespace(dead={("paper-case-a", "kept"): [(1, 5)] * 8})
-    assert dead_rotor_table(found).head == ["", *(f"rotor {i}" for i in NUMBERS)]
+    assert table("dead", found).head == ["", *(f"rotor {i}" for i in NUMBERS)]
 
 
 def test_figures_of_the_reproduction_number_the_rotors() -> None:

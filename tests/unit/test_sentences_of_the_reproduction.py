@@ -21,7 +21,10 @@ from tests.unit.findings_parts import (
     findings,
     flown,
     kept,
+    listed_in,
     mean,
+    page_of_findings,
+    text_of,
     values_of,
 )
 
@@ -32,7 +35,7 @@ from omnimorph.studies.reproduction import degraded, flight_claims, interference
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT
 from omnimorph.studies.reproduction.flights import PaperFlights
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
-from omnimorph.studies.reproduction.sentences import key_points, reasons
+from omnimorph.studies.reproduction.rendering import render
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge
 
 FLIGHTS = findings().flights
@@ -53,7 +56,8 @@ def claimed(key: str) -> float:
 
 def test_what_makes_the_tilt_climb_and_the_errors_grow() -> None:
     found = findings().ablation
-    climbs, position, attitude, ratio = reasons(found, findings().hypotheses)
+    content = page.reasons(found, findings().hypotheses)
+    climbs, position, attitude, ratio = listed_in(render("reasons.html.j2", **content))
     tilt = {(one.group, one.label): mean(one.flown[A], "tilt_mean_deg") for one in found.conditions}
     ways = (
         (PERFECT, "nothing"),
@@ -84,7 +88,8 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
         judge("tracking_order", basis=Basis.FLOWN, why="", command="", holds=True),
         judge("acceleration_order", basis=Basis.FLOWN, why="", command="", holds=True),
     ]
-    points = {one.head: one.text for one in key_points(findings(), judged)}
+    found = listed_in(render("key_points.html.j2", **page.summary(findings(), judged)))
+    points = {f"{head}.": text for head, _, text in (one.partition(". ") for one in found)}
     assert points["Verdicts."] == "Of 3 claims: 2 predicted and 1 contradicted."
     assert points["What does not hold."] == f"“{CLAIMS['energy_order'].text}”"
     near = [
@@ -106,12 +111,13 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
 def test_what_is_an_artefact_is_told_with_its_numbers() -> None:
     perfect = FLIGHTS.perfect[A].metrics
     assert perfect is not None
-    assert page._artefact(FLIGHTS) == {
-        "perfect": number(perfect.drag_energy_paper),
-        "paper": number(claimed("drag_energy_a"), 5),
-        "near": abs(perfect.drag_energy_paper / claimed("drag_energy_a") - 1.0) < 0.01,
-        "noise": "1e−5",
-    }
+    ours, theirs = perfect.drag_energy_paper, claimed("drag_energy_a")
+    near = abs(ours / theirs - 1.0) < 0.01
+    where = "almost exactly the paper's" if near else "where the paper has"
+    text = text_of(page_of_findings())
+    count = f"spends {number(ours)} in the paper's count, {where} {number(theirs, 5)}."
+    assert count in text
+    assert "or a noise of 1e−5 (m, m/s, rad, rad/s) is added." in text
 
 
 # --- claims on flights ----------------------------------------------------------------------------

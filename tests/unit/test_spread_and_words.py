@@ -13,7 +13,7 @@ from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.reproduction.printed_matrix import as_text, factors_of
 from omnimorph.studies.reproduction.spread import Spread, share_interval, spread_of
 from omnimorph.studies.reproduction.verdicts import range_words
-from omnimorph.studies.reproduction.words import difference_words, spread_words
+from omnimorph.studies.reproduction.wording import difference_words, spread_words
 
 ONE = om.fly(om.load_scenario("hover")).metrics
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+import re
 from types import SimpleNamespace
 from typing import Any
 
@@ -25,8 +25,12 @@ from tests.unit.findings_parts import (
     flown,
     kept,
     mean,
+    page_of_findings,
     shown,
     signed,
+    table,
+    table_text,
+    text_of,
     values_of,
 )
 
@@ -34,16 +38,13 @@ import omnimorph as om
 from omnimorph.report.tables import number, plant_table, trajectory_table
 from omnimorph.studies.flight_log import Flown
 from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction import page, page_tables
+from omnimorph.studies.reproduction import page
 from omnimorph.studies.reproduction.design import CounterExample
-from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
-from omnimorph.studies.reproduction.key_numbers import key_table
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
-from omnimorph.studies.reproduction.markdown import results_text, titled
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import Basis, judge
-from omnimorph.studies.reproduction.words import mean_words
+from omnimorph.studies.reproduction.wording import mean_words
 
 FLIGHTS = findings().flights
 
@@ -88,7 +89,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         assert (data["explained"], data["objections"]) == (near, told)
         assert data["ratio_of_position_errors"] == pytest.approx(b / a)
     assert_rows(
-        hypothesis_table(found),
+        table("hypotheses", found),
         rows,
         "",
         "A (mm)",
@@ -100,7 +101,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         "within 10 %",
         "verdict",
     )
-    assert_rows(objection_table(found), against, "", "position error, B over A", "against it")
+    assert_rows(table("objections", found), against, "", "position error, B over A", "against it")
 
 
 # --- less thrust ----------------------------------------------------------------------------------
@@ -126,7 +127,7 @@ def test_losses_and_their_data() -> None:
         for metric in ("position_error_mean_m", "attitude_error_paper"):
             assert data[metric]["mean"] == pytest.approx(values_of(one.flown, metric).mean())
     assert_rows(
-        page_tables.losses_table(found),
+        table("losses", found),
         rows,
         "",
         "speed limit (Hz)",
@@ -158,7 +159,7 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         assert told["physical_limit"] == one.physical_limit
         assert told["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
     assert_rows(
-        page_tables.frontier_table(found),
+        table("frontier", found),
         rows,
         "",
         "criterion",
@@ -170,11 +171,12 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         [f"{WORDS[name]}, {criterion}", *(f"{met} of {of}" for met, of in shares)]
         for (name, criterion), shares in found.dead.items()
     ]
-    assert_rows(page_tables.dead_rotor_table(found), dead, "", *(f"rotor {k}" for k in range(8)))
+    assert_rows(table("dead", found), dead, "", *(f"rotor {k}" for k in range(8)))
     told = [(one["scenario"], one["criterion"], one["shares"]) for one in data["dead_rotor"]]
     assert told == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
     expected = ("Case A with 35 % less", "Case B with 35 % less", "Case B with 30 % less")
-    assert page._degraded_words(findings()) == ", ".join(expected)
+    healthy = "Errors with less thrust (solid) beside the healthy flights (dotted): "
+    assert f"{healthy}{', '.join(expected)}." in text_of(page_of_findings())
     assert list(findings().degraded_runs) == list(LOSSES)
 
 
@@ -203,7 +205,7 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
     tilt = float(np.degrees(np.mean(found.lower_bound.tilt)))
     rows.append(["lower bound", *2 * [number(bound_J() / TURN), "", number(tilt, 3), ""]])
     assert_rows(
-        page_tables.tilt_choice_table(found),
+        table("tilt_choice", found),
         rows,
         "",
         *(
@@ -236,7 +238,7 @@ def test_gaps_and_their_data() -> None:
             "largest": one.gap.max(),
         }
     assert_rows(
-        page_tables.gap_table(found),
+        table("gaps", found),
         rows,
         "beside",
         "median of its excess cost (%)",
@@ -271,7 +273,7 @@ def test_claims_stand_beside_what_was_found() -> None:
     ]
     expected[0][2] = f"{number(CLAIMS['drag_energy_a'].value, 5)} “J”"
     assert_rows(
-        page_tables.claims_table(judged),
+        table("claims", judged),
         expected,
         "the paper says",
         "rule",
@@ -291,7 +293,7 @@ def test_examples_decide_between_two_conditions() -> None:
     ]
     design: Any = SimpleNamespace(examples=examples)
     assert_rows(
-        page_tables.example_table(design),
+        table("examples", design),
         [
             ["90°", "all alike", "5", "6", "x", "counter-example"],
             ["0°", "none", "4", "4", "y", "agrees"],
@@ -313,7 +315,7 @@ def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> No
         "two": [(Job(tour, 1), flown("not_finite", duration_s=0.25))],
     }
     assert_rows(
-        page_tables.failed_table(groups),
+        table("failed", page.failures(groups)),
         [
             ["one", "hover", "lost", "2 of 3", "1.5 … 3.0"],
             ["one", "tour", "refused", "1 of 1", "—"],
@@ -324,8 +326,7 @@ def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> No
 
 
 def test_provenance_names_what_was_flown() -> None:
-    table = page._provenance_table(FLIGHTS)
-    told = {row[0]: row[1] for row in table.rows}
+    told = {row[0]: row[1] for row in table("provenance", FLIGHTS).rows}
     for name in (A, B):
         run = FLIGHTS.runs[name]
         assert told[f"{WORDS[name]}, content hash"] == run.content_hash
@@ -341,42 +342,63 @@ def test_the_command_makes_the_same_page_again(quick: bool) -> None:
     assert page.command(usual) == words
 
 
-def test_each_table_of_the_page_stands_under_its_own_name() -> None:
-    design: Any = SimpleNamespace(analysis=SimpleNamespace(at=()), examples=())
-    found = replace(findings(), design=design)
-    built = page._tables(found, [], {})
-    flights, degraded, choice = found.flights, found.degraded, found.tilt_choice
-    expected = {
-        "key": key_table(found),
-        "energy": page_tables.energy_table(flights),
-        "errors": page_tables.error_table(flights),
-        "hypotheses": hypothesis_table(found.hypotheses),
-        "objections": objection_table(found.hypotheses),
-        "ablation": page_tables.ablation_table(found.ablation),
-        "lag": page_tables.lag_table(found.ablation.lag, flights),
-        "variants": page_tables.variant_table(flights),
-        "wakes": page_tables.wake_table(flights),
-        "losses": page_tables.losses_table(degraded),
-        "frontier": page_tables.frontier_table(degraded),
-        "dead": page_tables.dead_rotor_table(degraded),
-        "gaps": page_tables.gap_table(choice),
-        "tilt_choice": page_tables.tilt_choice_table(choice),
-        "actuation": page_tables.actuation_table(design),
-        "examples": page_tables.example_table(design),
-        "trajectory": trajectory_table(flights.runs[A]),
-        "plant": plant_table(flights.runs[A]),
+def test_each_table_stands_on_the_page_once() -> None:
+    found, flights = findings(), FLIGHTS
+    parts = [one.split("</caption>") for one in page_of_findings().split("<caption>")[1:]]
+    built = {
+        text_of(caption): [
+            [text_of(cell) for cell in re.split(r"</t[hd]>", row)[:-1]]
+            for row in rows.split("</tr>")[:-1]
+        ]
+        for caption, rows in parts
     }
-    assert {name: built[name] for name in expected} == expected
+    assert len(built) == len(parts)
+    expected = [
+        table("key", found),
+        *(table(name, flights) for name in ("energy", "errors", "variants", "wakes")),
+        *(table(name, found.hypotheses) for name in ("hypotheses", "objections")),
+        table("ablation", found.ablation),
+        table("lag", found.ablation.lag, flights),
+        *(table(name, found.degraded) for name in ("losses", "frontier", "dead")),
+        *(table(name, found.tilt_choice) for name in ("gaps", "tilt_choice")),
+        table("provenance", flights),
+        trajectory_table(flights.runs[A]),
+        plant_table(flights.runs[A]),
+    ]
+    for one in expected:
+        rows = [[" ".join(cell.split()) for cell in row] for row in (one.head, *one.rows)]
+        assert built[one.caption] == rows
     sources = flights.runs[A].vehicle.sources
     assumed = {name.replace("_", " ") for name, source in sources.items() if source.assumed}
-    shown = {name: {row[0] for row in built[name].rows} for name in ("assumed", "sources")}
-    assert shown["assumed"] == assumed | {"speed max"}
-    assert shown["sources"] == {name.replace("_", " ") for name in sources} - shown["assumed"]
-    assert list(built["metrics"].head) == ["", "Case A", "Case B", "unit"]
-    text = results_text(found, [], "the command")
-    places = [
-        text.index(titled(built[name]))
-        for name in ("energy", "errors", "hypotheses", "objections", "losses", "frontier")
+    shown = [
+        {row[0] for row in rows[1:]}
+        for caption, rows in built.items()
+        if caption.startswith(("Assumed", "Published"))
     ]
+    assert shown[0] == assumed | {"speed max"}
+    assert shown[1] == {name.replace("_", " ") for name in sources} - shown[0]
+    metrics = next(rows for caption, rows in built.items() if caption.startswith("Errors, en"))
+    assert metrics[0] == ["", "Case A", "Case B", "unit"]
+
+
+def test_the_results_in_markdown_hold_the_same_tables() -> None:
+    found = findings()
+    text = page.results_text(found, [], "the command")
+    shown = [
+        *(table_text(name, FLIGHTS) for name in ("energy", "errors")),
+        *(table_text(name, found.hypotheses) for name in ("hypotheses", "objections")),
+        *(table_text(name, found.degraded) for name in ("losses", "frontier")),
+    ]
+    places = [text.index(one) for one in shown]
     assert places == sorted(places)
     assert text.startswith("# The paper's claims beside what comes out here\n\nWritten by `the c")
+    assert text.endswith(shown[-1])
+    assert "\n\n\n" not in text
+
+
+def test_a_bar_in_a_cell_stays_in_its_cell() -> None:
+    design: Any = SimpleNamespace(
+        examples=[CounterExample(tilt=0.0, thrusts="|f| = 1", paper=4, ours=4, condition="a | b")]
+    )
+    assert "| \\|f\\| = 1 | 4 | 4 | a \\| b |" in table_text("examples", design)
+    assert table("examples", design).rows[0][1:5] == ["|f| = 1", "4", "4", "a | b"]

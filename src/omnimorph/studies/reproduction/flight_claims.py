@@ -32,7 +32,7 @@ from omnimorph.studies.reproduction.verdicts import (
     judge,
     order_holds,
 )
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 __all__ = ["judge_flights"]
 
@@ -125,7 +125,7 @@ def _judge_words(
 ) -> Judged:
     lost = [name for name in SCENARIOS if not len(flights.values(name, "duration_s"))]
     if lost:
-        none = listed([FLIGHT_WORDS[name] for name in lost])
+        none = listed([FLIGHT_LABELS[name] for name in lost])
         found, holds, why, basis = _Answer(f"no flight of {none} was completed", None, _LOST)
     else:
         found, holds, why, basis = answer(flights)

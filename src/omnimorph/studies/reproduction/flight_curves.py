@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from omnimorph.report import summary_figures
 from omnimorph.report.style import Flight, Look
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flights import (
     FIXED_A,
     FIXED_B,
@@ -17,8 +16,9 @@ from omnimorph.studies.reproduction.flights import (
     PaperFlights,
 )
 from omnimorph.studies.reproduction.looks import DOTTED, LOOKS, ORDER
+from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     pass
@@ -37,7 +37,7 @@ def energy_rows(flights: PaperFlights) -> list[summary_figures.EnergyRow]:
     for name in (B, W3, FIXED_B, FIXED_A, A):
         rows.append(
             summary_figures.EnergyRow(
-                label=FLIGHT_WORDS[name],
+                label=FLIGHT_LABELS[name],
                 values=flights.values(name, "drag_energy_paper").tolist(),
                 perfect=spread_of([flights.perfect[name]], "drag_energy_paper").mean,
                 paper=reported.get(name),
@@ -55,7 +55,7 @@ def paper_means() -> list[tuple[str, float, float, Look]]:
         sine = paper.claims()[f"attitude_error_{key}"].value
         assert distance is not None
         assert sine is not None
-        means.append((f"the paper's mean, {FLIGHT_WORDS[name]}", distance, sine, LOOKS[name]))
+        means.append((f"the paper's mean, {FLIGHT_LABELS[name]}", distance, sine, LOOKS[name]))
     return means
 
 
@@ -69,14 +69,14 @@ def variant_flights(flights: PaperFlights) -> list[Flight]:
     ]
 
 
-def degraded_flights(findings: Findings) -> list[Flight]:
+def degraded_flights(results: Results) -> list[Flight]:
     """Return the paper's degraded flights, each followed by the healthy one of its case."""
     shown = []
-    for key, run in findings.degraded_runs.items():
+    for key, run in results.degraded_runs.items():
         about = paper.claims()[key].about
         case = about["scenario"]
-        words = f"{FLIGHT_WORDS[case]}, {about['loss_percent']:g} % less"
+        words = f"{FLIGHT_LABELS[case]}, {about['loss_percent']:g} % less"
         shown.append(Flight(words, run, Look(LOOKS[case].colour)))
         healthy = Look(LOOKS[case].colour, DOTTED)
-        shown.append(Flight(f"{FLIGHT_WORDS[case]}, healthy", findings.flights.runs[case], healthy))
+        shown.append(Flight(f"{FLIGHT_LABELS[case]}, healthy", results.flights.runs[case], healthy))
     return shown

@@ -13,7 +13,6 @@ from omnimorph.report.geometry_figure import geometry
 from omnimorph.report.page import Picture
 from omnimorph.report.style import Flight
 from omnimorph.studies.processes import busy_pool
-from omnimorph.studies.reproduction.findings import Findings
 from omnimorph.studies.reproduction.flight_curves import (
     degraded_flights,
     energy_rows,
@@ -27,6 +26,7 @@ from omnimorph.studies.reproduction.flights import (
     B,
 )
 from omnimorph.studies.reproduction.looks import LOOKS
+from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.study_figures import (
     draw_ablation,
     draw_energies,
@@ -35,7 +35,7 @@ from omnimorph.studies.reproduction.study_figures import (
     draw_stand,
     draw_tilt_choice,
 )
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,13 +51,13 @@ _drawings: dict[str, _Drawing] = {}  # of a process that draws
 
 
 def draw_pictures(
-    findings: Findings, folder: Path, next_step: Callable[[str], None], *, draft: bool
+    results: Results, folder: Path, next_step: Callable[[str], None], *, draft: bool
 ) -> dict[str, Picture]:
     """Draw every figure into a new folder, as SVG and PDF; return them by their names.
 
     Parameters
     ----------
-    findings : Findings
+    results : Results
         What is drawn.
     folder : Path
         Made here.
@@ -66,7 +66,7 @@ def draw_pictures(
     draft : bool
         Whether it may be done more quickly, see `save_figure`.
     """
-    drawings = _design_drawings(findings) | _flight_drawings(findings) | _study_drawings(findings)
+    drawings = _design_drawings(results) | _flight_drawings(results) | _study_drawings(results)
     assert len(drawings) == N_PICTURES
     folder.mkdir()
     drawn = {}
@@ -101,8 +101,8 @@ def _draw(name: str, folder: Path, draft: bool) -> tuple[str, str]:
 # --- what there is to draw ------------------------------------------------------------------------
 
 
-def _design_drawings(findings: Findings) -> dict[str, _Drawing]:
-    analysis = findings.design.analysis
+def _design_drawings(results: Results) -> dict[str, _Drawing]:
+    analysis = results.design.analysis
     return {
         "geometry": (
             "The vehicle untilted and omnidirectional, with its axes and spins",
@@ -123,10 +123,10 @@ def _design_drawings(findings: Findings) -> dict[str, _Drawing]:
     }
 
 
-def _flight_drawings(findings: Findings) -> dict[str, _Drawing]:
-    flights = findings.flights
+def _flight_drawings(results: Results) -> dict[str, _Drawing]:
+    flights = results.flights
     a, b, fixed_a, fixed_b = (
-        Flight(FLIGHT_WORDS[name], flights.runs[name], LOOKS[name])
+        Flight(FLIGHT_LABELS[name], flights.runs[name], LOOKS[name])
         for name in (A, B, FIXED_A, FIXED_B)
     )
     pair = (a, b)
@@ -163,38 +163,38 @@ def _flight_drawings(findings: Findings) -> dict[str, _Drawing]:
     }
 
 
-def _study_drawings(findings: Findings) -> dict[str, _Drawing]:
+def _study_drawings(results: Results) -> dict[str, _Drawing]:
     return {
         "ablation": (
             "Tilt, energy and errors of both cases, one imperfection at a time",
-            lambda: draw_ablation(findings.ablation),
+            lambda: draw_ablation(results.ablation),
         ),
         "degraded": (
             "Errors over time with less thrust, beside the healthy flights",
-            lambda: figures.errors(degraded_flights(findings)),
+            lambda: figures.errors(degraded_flights(results)),
         ),
         "frontier": (
             "Share of flights that survive over the loss of thrust",
-            lambda: draw_frontier(findings.degraded),
+            lambda: draw_frontier(results.degraded),
         ),
         "tilt_by_plant": (
             "Case A's tilt over time in plants without imperfection",
-            lambda: summary_figures.tilt_by_plant(variant_flights(findings.flights)),
+            lambda: summary_figures.tilt_by_plant(variant_flights(results.flights)),
         ),
         "stand": (
             "Speeds and forces of the experiment on interference, over time",
-            lambda: draw_stand(findings.experiment),
+            lambda: draw_stand(results.experiment),
         ),
         "tilt_choice": (
             "Tilt over time by how it is chosen",
-            lambda: draw_tilt_choice(findings.tilt_choice),
+            lambda: draw_tilt_choice(results.tilt_choice),
         ),
         "energy_by_choice": (
             "Energy by how the tilt is chosen, beside the least possible",
-            lambda: draw_energies(findings.tilt_choice),
+            lambda: draw_energies(results.tilt_choice),
         ),
         "cost_gap": (
             "Share of control steps over the excess cost of the chosen tilt",
-            lambda: draw_gaps(findings.tilt_choice),
+            lambda: draw_gaps(results.tilt_choice),
         ),
     }

@@ -35,7 +35,7 @@ from omnimorph.studies.reproduction.looks import DASHED, LOOKS, ORDER
 from omnimorph.studies.reproduction.lost_thrust import CASES, KINDS, NOT_LOST, POSE_KEPT, Share
 from omnimorph.studies.reproduction.spread import share_interval
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 from omnimorph.units import from_SI
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def draw_ablation(found: Ablation) -> Figure:
     """Draw tilt, energy and errors of both cases, a row a condition."""
     reported = {
         metric: {
-            FLIGHT_WORDS[claim.about["scenario"]]: claim.value
+            FLIGHT_LABELS[claim.about["scenario"]]: claim.value
             for claim in paper.claims().values()
             if claim.about.get("metric") == metric
             and claim.about["scenario"] in CASES
@@ -86,8 +86,8 @@ def draw_ablation(found: Ablation) -> Figure:
         for one in found.conditions
     ]
     looks = {
-        FLIGHT_WORDS[A]: Look(style.VERMILLION),
-        FLIGHT_WORDS[B]: Look(style.BLUE, DASHED, "s"),
+        FLIGHT_LABELS[A]: Look(style.VERMILLION),
+        FLIGHT_LABELS[B]: Look(style.BLUE, DASHED, "s"),
     }
     return ablation(rows, panels, looks)
 
@@ -95,7 +95,7 @@ def draw_ablation(found: Ablation) -> Figure:
 def _by_case(condition: Condition, panel: AblationPanel) -> dict[str, list[float]]:
     factor = MEASURES[panel.measure].factor
     return {
-        FLIGHT_WORDS[name]: [factor * _value(one, panel.measure) for one in condition.flown[name]]
+        FLIGHT_LABELS[name]: [factor * _value(one, panel.measure) for one in condition.flown[name]]
         for name in CASES
     }
 
@@ -157,7 +157,7 @@ def draw_frontier(degraded: Degraded) -> Figure:
             )
     dead = [
         _shares(
-            f"{FLIGHT_WORDS[name]}, {criterion}",
+            f"{FLIGHT_LABELS[name]}, {criterion}",
             Look(LOOKS[name].colour, mark="o" if criterion == NOT_LOST else "D"),
             np.arange(float(len(shares))),
             shares,
@@ -172,7 +172,7 @@ def _survival(one: Frontier) -> Survival:
     speed = from_SI(one.speed_limit, "Hz")
     colour = LOOKS[one.scenario].colour
     look = Look(colour, "-" if speed < 200.0 else DASHED)
-    words = f"{FLIGHT_WORDS[one.scenario]}, ±{speed:.0f} Hz"
+    words = f"{FLIGHT_LABELS[one.scenario]}, ±{speed:.0f} Hz"
     return _shares(words, look, np.array(losses), [one.survived[loss] for loss in losses])
 
 
@@ -198,13 +198,13 @@ def draw_tilt_choice(found: TiltChoice) -> Figure:
         ]
         best = np.interp(shown[0].run.time, found.lower_bound.time, found.lower_bound.tilt)
         bound = replace(shown[0].run, tilt_actual=best[:, None])
-        cases[FLIGHT_WORDS[name]] = [*shown, Flight("lower bound", bound, ORDER[0])]
+        cases[FLIGHT_LABELS[name]] = [*shown, Flight("lower bound", bound, ORDER[0])]
     return tilt_by_choice(cases)
 
 
 def draw_energies(found: TiltChoice) -> Figure:
     """Draw what each way to choose the tilt spends, beside the least possible."""
-    names = {FLIGHT_WORDS[name]: name for name in CASES}
+    names = {FLIGHT_LABELS[name]: name for name in CASES}
     rows = [
         ChoiceEnergy(
             choice.label,
@@ -232,7 +232,7 @@ def draw_gaps(found: TiltChoice) -> Figure:
     looks = [Look(LOOKS[name].colour, line) for name in CASES for line in ("-", DASHED)]
     return cost_gaps(
         [
-            CostGap(f"{FLIGHT_WORDS[one.scenario]}: to {one.span}", look, one.gap)
+            CostGap(f"{FLIGHT_LABELS[one.scenario]}: to {one.span}", look, one.gap)
             for one, look in zip(found.gaps, looks, strict=True)
         ]
     )

@@ -78,6 +78,16 @@ class Gap:
     span: str
     gap: FloatArray
 
+    @property
+    def median(self) -> float:
+        """The excess that half of the steps stay below."""
+        return float(np.median(self.gap))
+
+    @property
+    def share_above_1_percent(self) -> float:
+        """How many of the steps cost over 1 % more, as a share."""
+        return float((self.gap > 0.01).mean())
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LowerBound:
@@ -139,9 +149,9 @@ class TiltChoice:
                 {
                     "scenario": one.scenario,
                     "span": one.span,
-                    "median": float(np.median(one.gap)),
+                    "median": one.median,
                     "mean": float(one.gap.mean()),
-                    "share_above_1_percent": float((one.gap > 0.01).mean()),
+                    "share_above_1_percent": one.share_above_1_percent,
                     "largest": float(one.gap.max()),
                 }
                 for one in self.gaps

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from omnimorph.report.tables import number
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.paper import PaperClaim
-from omnimorph.studies.reproduction.words import with_unit
+from omnimorph.studies.reproduction.wording import with_unit
 
 __all__ = [
     "NEAR",
@@ -38,28 +38,12 @@ __all__ = [
 NEAR = 0.10
 """As a share of the paper's value: near enough to say that it comes out."""
 
-RULES = {
-    "exact": "A count or a statement of mathematics holds if it is true as it stands.",
-    "number": f"A number holds if ours lies within {100 * NEAR:g} % of it.",
-    "bound": (
-        "A bound (“up to”) holds if ours, rounded to the paper's digits, is not below it: what it "
-        "allows must be allowed."
-    ),
-    "order": (
-        "An order holds if it holds between all flights of the one and all of the other; it does "
-        "not if it is reversed between all of them. Otherwise the seeds do not settle it."
-    ),
-    "survival": (
-        "A vehicle survives if Wilson's 95 % interval of the share of its flights that do lies "
-        "above one half, and fails if it lies below. Two things are counted: flights that are not "
-        "lost, and flights that keep the pose. The claim holds if it holds for both."
-    ),
-}
-"""The kinds of claims and when one of that kind holds."""
+RULES = ("exact", "number", "bound", "order", "survival")
+"""The kinds of claims; ``templates/rules.j2`` says when one of a kind holds."""
 
 
 class Verdict(enum.Enum):
-    """How a claim of the paper stands; the value is the word a reader sees."""
+    """How a claim of the paper stands; ``templates/rules.j2`` says what each stands for."""
 
     PREDICTED = "predicted"
     CALIBRATED = "calibrated"
@@ -67,30 +51,6 @@ class Verdict(enum.Enum):
     ASSUMED = "rests on assumptions"
     CONTRADICTED = "contradicted"
     NOT_EXPLAINED = "not explained"
-
-    @property
-    def meaning(self) -> str:
-        """What the word stands for, in a sentence."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Verdict.PREDICTED: "It holds by its rule, and nothing was fitted to it.",
-    Verdict.CALIBRATED: (
-        "It comes out, as stated or under a hypothesis that is named, but a parameter, or the "
-        "flight, was chosen from it. That proves little."
-    ),
-    Verdict.CONJECTURED: (
-        "It does not hold as the paper states it, but does under one further assumption, which is "
-        "named. Nothing was fitted."
-    ),
-    Verdict.ASSUMED: (
-        "What the paper does not publish decides it: noise, rotor lag, the length of the path, a "
-        "limit. Or the seeds do not settle it."
-    ),
-    Verdict.CONTRADICTED: "It does not hold; the reason is a proof, a closed form or a flight.",
-    Verdict.NOT_EXPLAINED: "The number differs, and nothing that we tried accounts for it.",
-}
 
 
 class Basis(enum.Enum):

@@ -1,4 +1,4 @@
-"""`Findings`: all that the sections of the page are written from."""
+"""`Results`: all that the sections of the page are written from."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from omnimorph.studies.reproduction.hypotheses import Hypothesis
 from omnimorph.studies.reproduction.interference import Experiment
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
 
-__all__ = ["Findings"]
+__all__ = ["Results"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Findings:
+class Results:
     """All that was found: one field a section of the page.
 
     Attributes

@@ -8,9 +8,9 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_WORDS", "difference_words", "mean_words", "spread_words", "with_unit"]
+__all__ = ["FLIGHT_LABELS", "difference_words", "mean_words", "spread_words", "with_unit"]
 
-FLIGHT_WORDS = {
+FLIGHT_LABELS = {
     A: "Case A",
     B: "Case B",
     W3: "Case B, W3 × 10",

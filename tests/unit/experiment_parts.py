@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report.ablation_figure import AblationPanel, AblationRow
-from omnimorph.report.frontier_figure import FrontierPanel, PhysicalLimit, Survival
-from omnimorph.report.stand_figure import Level, StandSpeeds, StandTest
 from omnimorph.report.style import BLUE, VERMILLION, Look
-from omnimorph.report.tilt_choice_figure import ChoiceEnergy, CostGap
+from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow
+from omnimorph.studies.reproduction.figures.frontier import FrontierPanel, PhysicalLimit, Survival
+from omnimorph.studies.reproduction.figures.stand import Level, StandSpeeds, StandTest
+from omnimorph.studies.reproduction.figures.tilt_choice import ChoiceEnergy, CostGap
 from omnimorph.units import to_SI
 
 DASHED = (0, (4.0, 1.4))

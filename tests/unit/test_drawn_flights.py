@@ -20,10 +20,11 @@ from tests.unit.drawn import (
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
-from omnimorph.report import figures, style, summary_figures
+from omnimorph.report import figures, style
 from omnimorph.report.style import Flight, Look
 from omnimorph.results import curves
 from omnimorph.results.curves import attitude_error
+from omnimorph.studies.reproduction.figures import summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -131,28 +132,28 @@ def test_power_and_energy_in_both_counts() -> None:
 
 
 def test_overview_and_tilt_by_plant() -> None:
-    tilt, power = panels_of(summary_figures.overview(FLIGHTS, [0.0]))[-2:]
+    tilt, power = panels_of(summary.overview(FLIGHTS, [0.0]))[-2:]
     assert_tilts(tilt)
     assert_powers(power)
-    (panel,) = panels_of(summary_figures.tilt_by_plant(FLIGHTS))
+    (panel,) = panels_of(summary.tilt_by_plant(FLIGHTS))
     assert_curves(panel, over_time([np.degrees(f.run.tilt_actual[:, 0]) for f in FLIGHTS]))
 
 
 def test_no_curve_leaves_its_axes() -> None:
     run = om.fly(om.load_scenario("tour").for_vehicle(OMNIMORPH))
     flown = [Flight("tour", run, Look(style.BLUE))]
-    row = summary_figures.EnergyRow("tour", [1.0, 6.0], 0.5, 8.0, flown[0].look)
+    row = summary.EnergyRow("tour", [1.0, 6.0], 0.5, 8.0, flown[0].look)
     for figure in (
         figures.trajectory(flown),
         figures.tilt(flown),
         figures.rotor_speeds(flown),
         figures.power_and_energy(flown),
-        summary_figures.overview(flown, [0.0]),
-        summary_figures.tilt_by_plant(flown),
+        summary.overview(flown, [0.0]),
+        summary.tilt_by_plant(flown),
     ):
         assert_in_sight(figure)
         assert_legend(figure)
-    assert_in_sight(summary_figures.energies([row]))
+    assert_in_sight(summary.energies([row]))
     assert_in_sight(figures.errors(flown), floor=True)
     levels = [levels_of(panel) for panel in panels_of(figures.rotor_speeds(flown))]
     for panel, (low, high) in zip(panels_of(figures.rotor_speeds(flown)), levels, strict=True):
@@ -176,11 +177,11 @@ def marks(panel: Axes, mark: str) -> list[list[float]]:
 
 def test_energies_are_means_ranges_and_the_others_marks() -> None:
     rows = [
-        summary_figures.EnergyRow("one", [1.0, 2.0, 6.0], 1.5, 1.8, FLIGHTS[0].look),
-        summary_figures.EnergyRow("two", [4.0, 5.0], None, None, FLIGHTS[1].look),
-        summary_figures.EnergyRow("three", [7.0], 6.5, 2.5, FLIGHTS[1].look),
+        summary.EnergyRow("one", [1.0, 2.0, 6.0], 1.5, 1.8, FLIGHTS[0].look),
+        summary.EnergyRow("two", [4.0, 5.0], None, None, FLIGHTS[1].look),
+        summary.EnergyRow("three", [7.0], 6.5, 2.5, FLIGHTS[1].look),
     ]
-    (panel,) = panels_of(summary_figures.energies(rows))
+    (panel,) = panels_of(summary.energies(rows))
     assert marks(panel, "o") == [[3.0, 0.0], [4.5, 1.0], [7.0, 2.0]]
     assert marks(panel, "x") == [[1.5, 0.0], [6.5, 2.0]]
     assert marks(panel, "D") == [[1.8, 0.0], [2.5, 2.0]]

@@ -17,11 +17,15 @@ from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
 import omnimorph as om
 from omnimorph.protocols import FloatArray
 from omnimorph.report import style
-from omnimorph.report.ablation_figure import AblationPanel, AblationRow, ablation
-from omnimorph.report.frontier_figure import frontier
-from omnimorph.report.stand_figure import stand
 from omnimorph.report.style import Flight, Look
-from omnimorph.report.tilt_choice_figure import cost_gaps, energy_by_choice, tilt_by_choice
+from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow, ablation
+from omnimorph.studies.reproduction.figures.frontier import frontier
+from omnimorph.studies.reproduction.figures.stand import stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

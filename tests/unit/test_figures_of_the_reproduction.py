@@ -23,14 +23,14 @@ from tests.unit.findings_parts import (
 
 from omnimorph.protocols import FloatArray
 from omnimorph.results import curves
-from omnimorph.studies.reproduction import pictures, study_figures
-from omnimorph.studies.reproduction.flight_curves import (
+from omnimorph.studies.reproduction.figures import page, questions
+from omnimorph.studies.reproduction.figures.flights import (
     degraded_flights,
     energy_rows,
     paper_means,
     variant_flights,
 )
-from omnimorph.studies.reproduction.looks import LOOKS
+from omnimorph.studies.reproduction.figures.line_styles import LOOKS
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.spread import share_interval
 
@@ -55,7 +55,7 @@ def dots_of(panel: Axes, mark: str, colour: str) -> FloatArray:
 
 def test_ablation() -> None:
     found = findings().ablation
-    axes = study_figures.draw_ablation(found).axes
+    axes = questions.draw_ablation(found).axes
     metrics = (
         "tilt_mean_deg",
         "drag_energy_paper",
@@ -88,7 +88,7 @@ def test_ablation() -> None:
 
 def test_stand() -> None:
     found = findings().experiment
-    speeds, *tests = study_figures.draw_stand(found).axes
+    speeds, *tests = questions.draw_stand(found).axes
     alone, others = (xy(line)[:, 1] for line in speeds.lines)
     assert (alone.max(), others.max()) == (pytest.approx(120.0), pytest.approx(72.0))
     claimed = {key: CLAIMS[key].value or 0.0 for key in ("force_alone", "force_together")}
@@ -115,7 +115,7 @@ def test_stand() -> None:
 
 def test_frontiers_and_dead_rotors() -> None:
     found = findings().degraded
-    *panels, dead = panels_of(study_figures.draw_frontier(found))
+    *panels, dead = panels_of(questions.draw_frontier(found))
     titles = [f"{kind}: {criterion}" for kind in KINDS for criterion in (NOT_LOST, POSE_KEPT)]
     assert [panel.get_title(loc="left") for panel in panels] == titles
     for panel in panels:
@@ -155,7 +155,7 @@ def test_frontiers_and_dead_rotors() -> None:
 def test_tilts_and_energies_by_the_choice() -> None:
     found = findings().tilt_choice
     for panel, (case, name) in zip(
-        panels_of(study_figures.draw_tilt_choice(found)), CASES.items(), strict=True
+        panels_of(questions.draw_tilt_choice(found)), CASES.items(), strict=True
     ):
         assert panel.get_ylabel() == f"{case}\ntilt (°)"
         drawn = dict(curves_of(panel))
@@ -165,7 +165,7 @@ def test_tilts_and_energies_by_the_choice() -> None:
         bound = found.lower_bound
         at, tilt = drawn["lower bound"].T
         np.testing.assert_allclose(tilt, np.degrees(np.interp(at, bound.time, bound.tilt)))
-    (panel,) = study_figures.draw_energies(found).axes
+    (panel,) = questions.draw_energies(found).axes
     for name, mark in ((A, "o"), (B, "s")):
         means = [values_of(one.flown[name], "drag_energy_paper").mean() for one in found.choices]
         np.testing.assert_allclose(dots_of(panel, mark, LOOKS[name].colour), means)
@@ -178,7 +178,7 @@ def test_tilts_and_energies_by_the_choice() -> None:
 
 def test_gaps() -> None:
     found = findings().tilt_choice
-    (panel,) = study_figures.draw_gaps(found).axes
+    (panel,) = questions.draw_gaps(found).axes
     for one, line in zip(found.gaps, panel.lines, strict=True):
         assert line.get_label() == f"{WORDS[one.scenario]}: to {one.span}"
         assert line.get_color() == LOOKS[one.scenario].colour
@@ -246,7 +246,7 @@ def test_variants_and_degraded_flights_are_named_by_what_they_are() -> None:
     ],
 )
 def test_figures_of_flights_draw_those_flights(name: str, drawn: tuple[int, ...]) -> None:
-    figure = pictures._flight_drawings(findings())[name][1]()
+    figure = page._flight_drawings(findings())[name][1]()
     panel = panels_of(figure)[-1]
     runs = [FLIGHTS.runs[NAMES[k]] for k in drawn]
     shown = [(label, points) for label, points in curves_of(panel) if label != "desired"]

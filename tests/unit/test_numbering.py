@@ -18,8 +18,8 @@ from omnimorph.cli.main import main
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.live.page import LivePage
 from omnimorph.report import figures, style
+from omnimorph.studies.reproduction.figures.questions import draw_frontier
 from omnimorph.studies.reproduction.lost_thrust import Share
-from omnimorph.studies.reproduction.study_figures import draw_frontier
 from omnimorph.viewer.charts import charts_of
 from omnimorph.viewer.flight_page import notices
 from omnimorph.viewer.frames import Flight

@@ -2,7 +2,7 @@
 
 A report takes a `Run`, a `VehicleAnalysis`, or numbers; it never flies anything.
 
-- `figures`, `summary_figures`: from flights to matplotlib figures;
+- `figures`: from flights to matplotlib figures;
 - `analysis_figures`, `attitude_figures`: from an analysis to matplotlib figures;
 - `vehicle_drawing`, `polytope_drawing`: vehicles, and sets of forces, seen by one camera;
 - `style`: how they look, and how they are kept as SVG and PDF;

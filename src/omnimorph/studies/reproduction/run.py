@@ -31,13 +31,13 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import count_ablation, fly_ablation
 from omnimorph.studies.reproduction.degraded import count_degraded, fly_degraded, paper_loss
 from omnimorph.studies.reproduction.design import examine_design
+from omnimorph.studies.reproduction.figures.page import N_PICTURES, draw_pictures
 from omnimorph.studies.reproduction.flight_claims import judge_flights
 from omnimorph.studies.reproduction.flights import A, B, count_flights, fly_paper
 from omnimorph.studies.reproduction.frontier import physical_limits
 from omnimorph.studies.reproduction.hypotheses import count_hypotheses, fly_hypotheses
 from omnimorph.studies.reproduction.interference import replay_experiment
 from omnimorph.studies.reproduction.page import command, page_text, results_text
-from omnimorph.studies.reproduction.pictures import N_PICTURES, draw_pictures
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.tilt_choice import (

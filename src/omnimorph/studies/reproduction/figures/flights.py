@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from omnimorph.report import summary_figures
 from omnimorph.report.style import Flight, Look
 from omnimorph.studies.reproduction import paper
+from omnimorph.studies.reproduction.figures import summary
+from omnimorph.studies.reproduction.figures.line_styles import DOTTED, LOOKS, ORDER
 from omnimorph.studies.reproduction.flights import (
     FIXED_A,
     FIXED_B,
@@ -15,18 +14,14 @@ from omnimorph.studies.reproduction.flights import (
     B,
     PaperFlights,
 )
-from omnimorph.studies.reproduction.looks import DOTTED, LOOKS, ORDER
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
-if TYPE_CHECKING:
-    pass
-
 __all__ = ["degraded_flights", "energy_rows", "paper_means", "variant_flights"]
 
 
-def energy_rows(flights: PaperFlights) -> list[summary_figures.EnergyRow]:
+def energy_rows(flights: PaperFlights) -> list[summary.EnergyRow]:
     """Return the energies of each flight, ours and the paper's."""
     reported = {
         claim.about["scenario"]: claim.value
@@ -36,7 +31,7 @@ def energy_rows(flights: PaperFlights) -> list[summary_figures.EnergyRow]:
     rows = []
     for name in (B, W3, FIXED_B, FIXED_A, A):
         rows.append(
-            summary_figures.EnergyRow(
+            summary.EnergyRow(
                 label=FLIGHT_LABELS[name],
                 values=flights.values(name, "drag_energy_paper").tolist(),
                 perfect=spread_of([flights.perfect[name]], "drag_energy_paper").mean,

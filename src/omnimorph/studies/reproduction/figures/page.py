@@ -8,26 +8,20 @@ from concurrent.futures import as_completed
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from omnimorph.report import analysis_figures, figures, style, summary_figures
+from omnimorph.report import analysis_figures, figures, style
 from omnimorph.report.geometry_figure import geometry
 from omnimorph.report.page import Picture
 from omnimorph.report.style import Flight
 from omnimorph.studies.processes import busy_pool
-from omnimorph.studies.reproduction.flight_curves import (
+from omnimorph.studies.reproduction.figures import summary
+from omnimorph.studies.reproduction.figures.flights import (
     degraded_flights,
     energy_rows,
     paper_means,
     variant_flights,
 )
-from omnimorph.studies.reproduction.flights import (
-    FIXED_A,
-    FIXED_B,
-    A,
-    B,
-)
-from omnimorph.studies.reproduction.looks import LOOKS
-from omnimorph.studies.reproduction.results import Results
-from omnimorph.studies.reproduction.study_figures import (
+from omnimorph.studies.reproduction.figures.line_styles import LOOKS
+from omnimorph.studies.reproduction.figures.questions import (
     draw_ablation,
     draw_energies,
     draw_frontier,
@@ -35,6 +29,13 @@ from omnimorph.studies.reproduction.study_figures import (
     draw_stand,
     draw_tilt_choice,
 )
+from omnimorph.studies.reproduction.flights import (
+    FIXED_A,
+    FIXED_B,
+    A,
+    B,
+)
+from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ def _flight_drawings(results: Results) -> dict[str, _Drawing]:
         ),
         "overview": (
             "The vehicle at three tilts; tilt and power of both cases over time",
-            lambda: summary_figures.overview(pair),
+            lambda: summary.overview(pair),
         ),
         "trajectory": (
             "Position and rotation over time, desired and flown",
@@ -158,7 +159,7 @@ def _flight_drawings(results: Results) -> dict[str, _Drawing]:
         ),
         "energies": (
             "Rotor drag energy of each flight beside the paper's",
-            lambda: summary_figures.energies(energy_rows(flights)),
+            lambda: summary.energies(energy_rows(flights)),
         ),
     }
 
@@ -179,7 +180,7 @@ def _study_drawings(results: Results) -> dict[str, _Drawing]:
         ),
         "tilt_by_plant": (
             "Case A's tilt over time in plants without imperfection",
-            lambda: summary_figures.tilt_by_plant(variant_flights(results.flights)),
+            lambda: summary.tilt_by_plant(variant_flights(results.flights)),
         ),
         "stand": (
             "Speeds and forces of the experiment on interference, over time",

@@ -9,29 +9,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from omnimorph.report import style
-from omnimorph.report.ablation_figure import AblationPanel, AblationRow, ablation
-from omnimorph.report.frontier_figure import FrontierPanel, PhysicalLimit, Survival, frontier
-from omnimorph.report.stand_figure import Level, StandSpeeds, StandTest, stand
 from omnimorph.report.style import Flight, Look
-from omnimorph.report.tilt_choice_figure import (
+from omnimorph.results.measures import MEASURES
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.reproduction import paper
+from omnimorph.studies.reproduction.ablation import Ablation, Condition
+from omnimorph.studies.reproduction.degraded import Degraded
+from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow, ablation
+from omnimorph.studies.reproduction.figures.frontier import (
+    FrontierPanel,
+    PhysicalLimit,
+    Survival,
+    frontier,
+)
+from omnimorph.studies.reproduction.figures.line_styles import DASHED, LOOKS, ORDER
+from omnimorph.studies.reproduction.figures.stand import Level, StandSpeeds, StandTest, stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
     ChoiceEnergy,
     CostGap,
     cost_gaps,
     energy_by_choice,
     tilt_by_choice,
 )
-from omnimorph.results.measures import MEASURES
-from omnimorph.studies.flight_log import Flown
-from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.ablation import Ablation, Condition
-from omnimorph.studies.reproduction.degraded import Degraded
 from omnimorph.studies.reproduction.flights import (
     A,
     B,
 )
 from omnimorph.studies.reproduction.frontier import Frontier
 from omnimorph.studies.reproduction.interference import Experiment
-from omnimorph.studies.reproduction.looks import DASHED, LOOKS, ORDER
 from omnimorph.studies.reproduction.lost_thrust import CASES, KINDS, NOT_LOST, POSE_KEPT, Share
 from omnimorph.studies.reproduction.spread import share_interval
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice

@@ -23,14 +23,22 @@ from tests.unit.findings_parts import (
 
 from omnimorph.protocols import FloatArray
 from omnimorph.results import curves
-from omnimorph.studies.reproduction.figures import page, questions
+from omnimorph.studies.reproduction.figures import page
+from omnimorph.studies.reproduction.figures.ablation import draw_ablation
 from omnimorph.studies.reproduction.figures.flights import (
     degraded_flights,
     energy_rows,
     paper_means,
     variant_flights,
 )
+from omnimorph.studies.reproduction.figures.frontier import frontier
 from omnimorph.studies.reproduction.figures.line_styles import LOOKS
+from omnimorph.studies.reproduction.figures.stand import stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
+)
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.spread import share_interval
 
@@ -55,7 +63,7 @@ def dots_of(panel: Axes, mark: str, colour: str) -> FloatArray:
 
 def test_ablation() -> None:
     found = findings().ablation
-    axes = questions.draw_ablation(found).axes
+    axes = draw_ablation(found).axes
     metrics = (
         "tilt_mean_deg",
         "drag_energy_paper",
@@ -88,7 +96,7 @@ def test_ablation() -> None:
 
 def test_stand() -> None:
     found = findings().experiment
-    speeds, *tests = questions.draw_stand(found).axes
+    speeds, *tests = stand(found).axes
     alone, others = (xy(line)[:, 1] for line in speeds.lines)
     assert (alone.max(), others.max()) == (pytest.approx(120.0), pytest.approx(72.0))
     claimed = {key: CLAIMS[key].value or 0.0 for key in ("force_alone", "force_together")}
@@ -115,7 +123,7 @@ def test_stand() -> None:
 
 def test_frontiers_and_dead_rotors() -> None:
     found = findings().degraded
-    *panels, dead = panels_of(questions.draw_frontier(found))
+    *panels, dead = panels_of(frontier(found))
     titles = [f"{kind}: {criterion}" for kind in KINDS for criterion in (NOT_LOST, POSE_KEPT)]
     assert [panel.get_title(loc="left") for panel in panels] == titles
     for panel in panels:
@@ -154,9 +162,7 @@ def test_frontiers_and_dead_rotors() -> None:
 
 def test_tilts_and_energies_by_the_choice() -> None:
     found = findings().tilt_choice
-    for panel, (case, name) in zip(
-        panels_of(questions.draw_tilt_choice(found)), CASES.items(), strict=True
-    ):
+    for panel, (case, name) in zip(panels_of(tilt_by_choice(found)), CASES.items(), strict=True):
         assert panel.get_ylabel() == f"{case}\ntilt (°)"
         drawn = dict(curves_of(panel))
         for one in found.choices:
@@ -165,7 +171,7 @@ def test_tilts_and_energies_by_the_choice() -> None:
         bound = found.lower_bound
         at, tilt = drawn["lower bound"].T
         np.testing.assert_allclose(tilt, np.degrees(np.interp(at, bound.time, bound.tilt)))
-    (panel,) = questions.draw_energies(found).axes
+    (panel,) = energy_by_choice(found).axes
     for name, mark in ((A, "o"), (B, "s")):
         means = [values_of(one.flown[name], "drag_energy_paper").mean() for one in found.choices]
         np.testing.assert_allclose(dots_of(panel, mark, LOOKS[name].colour), means)
@@ -178,7 +184,7 @@ def test_tilts_and_energies_by_the_choice() -> None:
 
 def test_gaps() -> None:
     found = findings().tilt_choice
-    (panel,) = questions.draw_gaps(found).axes
+    (panel,) = cost_gaps(found.gaps).axes
     for one, line in zip(found.gaps, panel.lines, strict=True):
         assert line.get_label() == f"{WORDS[one.scenario]}: to {one.span}"
         assert line.get_color() == LOOKS[one.scenario].colour

@@ -18,7 +18,7 @@ from omnimorph.cli.main import main
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.live.page import LivePage
 from omnimorph.report import figures, style
-from omnimorph.studies.reproduction.figures.questions import draw_frontier
+from omnimorph.studies.reproduction.figures.frontier import frontier
 from omnimorph.studies.reproduction.lost_thrust import Share
 from omnimorph.viewer.charts import charts_of
 from omnimorph.viewer.flight_page import notices
@@ -92,7 +92,7 @@ def test_tables_of_the_reproduction_number_the_rotors() -> None:
 def test_figures_of_the_reproduction_number_the_rotors() -> None:
     shares = {("paper-case-a", "kept"): [Share(1, 5)] * 8}
     found: Any = SimpleNamespace(frontiers=[], dead=shares)
-    dead = draw_frontier(found).axes[-1]
+    dead = frontier(found).axes[-1]
     assert [f"{tick:g}" for tick in dead.get_xticks()] == NUMBERS
 
 

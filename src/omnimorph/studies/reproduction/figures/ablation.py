@@ -11,14 +11,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report.style import INTERLEAVED, Look, legend_above, new_figure, plain, styled
+from omnimorph.report.style import (
+    BLUE,
+    INTERLEAVED,
+    VERMILLION,
+    Look,
+    legend_above,
+    new_figure,
+    plain,
+    styled,
+)
 from omnimorph.report.tables import number
+from omnimorph.results.measures import MEASURES
+from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.reproduction import paper
+from omnimorph.studies.reproduction.ablation import CASES, Ablation, Condition
+from omnimorph.studies.reproduction.figures.line_styles import DASHED
+from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["AblationPanel", "AblationRow", "ablation"]
+__all__ = ["AblationPanel", "AblationRow", "ablation", "draw_ablation"]
 
 _ROW = 0.18  # height of a row, inches: two dots above each other, letters of 8 pt
 _APART = 0.4  # of the marks within a row
@@ -231,3 +247,59 @@ def _entries(
         handles.append(Line2D([], [], marker="x", color="#444444", **_LOST))
         words.append("lost flights")
     return handles, words
+
+
+# --- what the page shows --------------------------------------------------------------------------
+
+
+def draw_ablation(found: Ablation) -> Figure:
+    """Draw tilt, energy and errors of both cases, a row a condition."""
+    reported = {
+        metric: {
+            FLIGHT_LABELS[claim.about["scenario"]]: claim.value
+            for claim in paper.claims().values()
+            if claim.about.get("metric") == metric
+            and claim.about["scenario"] in CASES
+            and claim.value is not None
+        }
+        for metric in ("drag_energy_paper", "position_error_mean_m", "attitude_error_paper")
+    }
+    panels = [
+        AblationPanel("tilt_mean_deg", "tilt,\nmean (°)"),
+        AblationPanel(
+            "drag_energy_paper", "drag energy\n(“J”)", paper=reported["drag_energy_paper"]
+        ),
+        AblationPanel(
+            "position_error_mean_m",
+            "position error,\nmean (mm)",
+            logarithmic=True,
+            paper=reported["position_error_mean_m"],
+        ),
+        AblationPanel(
+            "attitude_error_paper",
+            "‖e_R‖,\nmean (–)",
+            logarithmic=True,
+            paper=reported["attitude_error_paper"],
+        ),
+    ]
+    rows = [
+        AblationRow(one.label, one.group, {panel.measure: _by_case(one, panel) for panel in panels})
+        for one in found.conditions
+    ]
+    looks = {
+        FLIGHT_LABELS[A]: Look(VERMILLION),
+        FLIGHT_LABELS[B]: Look(BLUE, DASHED, "s"),
+    }
+    return ablation(rows, panels, looks)
+
+
+def _by_case(condition: Condition, panel: AblationPanel) -> dict[str, list[float]]:
+    factor = MEASURES[panel.measure].factor
+    return {
+        FLIGHT_LABELS[name]: [factor * _value(one, panel.measure) for one in condition.flown[name]]
+        for name in CASES
+    }
+
+
+def _value(flown: Flown, metric: str) -> float:
+    return float(getattr(flown.metrics, metric)) if flown.completed else math.nan

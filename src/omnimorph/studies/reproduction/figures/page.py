@@ -14,20 +14,20 @@ from omnimorph.report.page import Picture
 from omnimorph.report.style import Flight
 from omnimorph.studies.processes import busy_pool
 from omnimorph.studies.reproduction.figures import summary
+from omnimorph.studies.reproduction.figures.ablation import draw_ablation
 from omnimorph.studies.reproduction.figures.flights import (
     degraded_flights,
     energy_rows,
     paper_means,
     variant_flights,
 )
+from omnimorph.studies.reproduction.figures.frontier import frontier
 from omnimorph.studies.reproduction.figures.line_styles import LOOKS
-from omnimorph.studies.reproduction.figures.questions import (
-    draw_ablation,
-    draw_energies,
-    draw_frontier,
-    draw_gaps,
-    draw_stand,
-    draw_tilt_choice,
+from omnimorph.studies.reproduction.figures.stand import stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
 )
 from omnimorph.studies.reproduction.flights import (
     FIXED_A,
@@ -176,7 +176,7 @@ def _study_drawings(results: Results) -> dict[str, _Drawing]:
         ),
         "frontier": (
             "Share of flights that survive over the loss of thrust",
-            lambda: draw_frontier(results.degraded),
+            lambda: frontier(results.degraded),
         ),
         "tilt_by_plant": (
             "Case A's tilt over time in plants without imperfection",
@@ -184,18 +184,18 @@ def _study_drawings(results: Results) -> dict[str, _Drawing]:
         ),
         "stand": (
             "Speeds and forces of the experiment on interference, over time",
-            lambda: draw_stand(results.experiment),
+            lambda: stand(results.experiment),
         ),
         "tilt_choice": (
             "Tilt over time by how it is chosen",
-            lambda: draw_tilt_choice(results.tilt_choice),
+            lambda: tilt_by_choice(results.tilt_choice),
         ),
         "energy_by_choice": (
             "Energy by how the tilt is chosen, beside the least possible",
-            lambda: draw_energies(results.tilt_choice),
+            lambda: energy_by_choice(results.tilt_choice),
         ),
         "cost_gap": (
             "Share of control steps over the excess cost of the chosen tilt",
-            lambda: draw_gaps(results.tilt_choice),
+            lambda: cost_gaps(results.tilt_choice.gaps),
         ),
     }

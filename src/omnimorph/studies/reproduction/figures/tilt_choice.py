@@ -2,117 +2,93 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from omnimorph.protocols import FloatArray
 from omnimorph.report.figures import mark_time, tilt_panel
 from omnimorph.report.style import (
     BLACK,
     INTERLEAVED,
     Flight,
-    Look,
     legend_above,
     legend_entries,
     new_figure,
     plain,
     styled,
 )
+from omnimorph.studies.reproduction.figures.line_styles import DASHED, LOOKS, ORDER
+from omnimorph.studies.reproduction.tilt_choice import CASES, WINDOW, Gap, TiltChoice
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["ChoiceEnergy", "CostGap", "cost_gaps", "energy_by_choice", "tilt_by_choice"]
+__all__ = ["cost_gaps", "energy_by_choice", "tilt_by_choice"]
 
-_POINTS = 300
+_POINTS, _SMALLEST = 300, 1e-6  # of a curve; the least gap that is distinguished from none
 _BOUND: dict[str, Any] = {"linewidth": 0.9, "zorder": 1}
 _WIDEST, _NARROWER = 3.4, 1.1  # of the first curve, and how much less the next ones, points
 
 
-@dataclass(frozen=True)
-class CostGap:
-    """How much more than the best the chosen tilt costs.
-
-    Attributes
-    ----------
-    label : str
-        Which choice is set beside which best.
-    look : Look
-        Of its curve.
-    gap : (K,) array
-        One a control step: (cost − least cost) / least cost.
-    """
-
-    label: str
-    look: Look
-    gap: FloatArray
-
-
-@dataclass(frozen=True)
-class ChoiceEnergy:
-    """Rotor drag energy of flights with one method to choose the tilt, in the paper's count.
-
-    Attributes
-    ----------
-    label : str
-        The method.
-    energy : mapping of str to sequence of float
-        Case -> one value a seed.
-    """
-
-    label: str
-    energy: Mapping[str, Sequence[float]]
-
-
 @styled
-def tilt_by_choice(cases: Mapping[str, Sequence[Flight]]) -> Figure:
+def tilt_by_choice(found: TiltChoice) -> Figure:
     """Draw the tilt (degrees) over time, one panel a case, one curve a method to choose it.
 
-    Each curve is narrower than the one below it, so that both show where they coincide.
+    Each curve is narrower than the one below it, so that both show where they coincide. The one on
+    top is the lower bound's.
     """
-    figure, axes = new_figure(0.8 + 1.9 * len(cases), len(cases), sharex=True)
-    panels = axes[:, 0]
-    for panel, (case, flights) in zip(panels, cases.items(), strict=True):
-        widths = [max(_WIDEST - _NARROWER * k, 1.2) for k in range(len(flights))]
-        looks = [replace(one.look, width=w) for one, w in zip(flights, widths, strict=True)]
-        tilt_panel(panel, [replace(f, look=look) for f, look in zip(flights, looks, strict=True)])
-        panel.set_ylabel(f"{case}\ntilt (°)")
-    mark_time(panels, [flight for flights in cases.values() for flight in flights])
+    figure, axes = new_figure(0.8 + 1.9 * len(CASES), len(CASES), sharex=True)
+    panels, shown = axes[:, 0], []
+    for panel, name in zip(panels, CASES, strict=True):
+        flights = _flights(found, name)
+        tilt_panel(panel, flights)
+        panel.set_ylabel(f"{FLIGHT_LABELS[name]}\ntilt (°)")
+        shown += flights
+    mark_time(panels, shown)
     legend_above(figure, *legend_entries(panels), columns=3)
     return figure
 
 
+def _flights(found: TiltChoice, name: str) -> list[Flight]:
+    """Return a case's flights, one a method, and one at the tilts of the lower bound."""
+    run = found.choices[0].runs[name]
+    best = np.interp(run.time, found.lower_bound.time, found.lower_bound.tilt)
+    bound = replace(run, tilt_actual=best[:, None])
+    runs = [(one.label, one.runs[name]) for one in found.choices] + [("lower bound", bound)]
+    looks = [*ORDER[1 : len(runs)], ORDER[0]]
+    return [
+        Flight(label, run, replace(look, width=max(_WIDEST - _NARROWER * k, 1.2)))
+        for k, ((label, run), look) in enumerate(zip(runs, looks, strict=True))
+    ]
+
+
 @styled
-def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
+def cost_gaps(gaps: Sequence[Gap]) -> Figure:
     """Draw the share of control steps (%) whose cost gap exceeds a value (%), over that value.
 
-    Parameters
-    ----------
-    gaps : sequence of CostGap
-        One that never exceeds `smallest` has no curve; its label says so.
-    smallest : float
-        Gaps below this share of the cost are not distinguished.
+    One that never exceeds `_SMALLEST` has no curve; its label says so.
     """
     figure, axes = new_figure(3.0)
     panel = axes[0, 0]
     for one in gaps:
         ordered = np.sort(one.gap)
         largest = float(ordered[-1])
-        look: dict[str, Any] = {"color": one.look.colour, "linestyle": one.look.line}
-        if largest <= smallest:
-            panel.plot([], [], **look, label=f"{one.label}: none")
+        line = "-" if one.span == WINDOW else DASHED
+        look: dict[str, Any] = {"color": LOOKS[one.scenario].colour, "linestyle": line}
+        label = f"{FLIGHT_LABELS[one.scenario]}: to {one.span}"
+        if largest <= _SMALLEST:
+            panel.plot([], [], **look, label=f"{label}: none")
             continue
-        x = np.geomspace(smallest, largest, _POINTS)[:-1]  # none exceeds the largest
+        x = np.geomspace(_SMALLEST, largest, _POINTS)[:-1]  # none exceeds the largest
         share = 1.0 - np.searchsorted(ordered, x, side="right") / len(ordered)
-        panel.plot(100.0 * x, 100.0 * share, **look, label=one.label)
+        panel.plot(100.0 * x, 100.0 * share, **look, label=label)
     panel.set_xscale("log")
     panel.set_yscale("log")
-    panel.set_xlim(left=100.0 * smallest)
+    panel.set_xlim(left=100.0 * _SMALLEST)
     panel.set_ylim(top=130.0)
     panel.yaxis.set_major_formatter(plain)
     panel.xaxis.set_major_formatter(plain)
@@ -123,51 +99,33 @@ def cost_gaps(gaps: Sequence[CostGap], smallest: float = 1e-6) -> Figure:
 
 
 @styled
-def energy_by_choice(
-    rows: Sequence[ChoiceEnergy], least: Mapping[str, float], looks: Mapping[str, Look]
-) -> Figure:
+def energy_by_choice(found: TiltChoice) -> Figure:
     """Draw rotor drag energy in the paper's count, one row a method: mean and range.
 
-    Beside each mean is the energy relative to the lower bound.
-
-    Parameters
-    ----------
-    rows : sequence of ChoiceEnergy
-        From top to bottom.
-    least : mapping of str to float
-        Case -> the lower bound of the energy, drawn as a dashed line: one line, in black, for cases
-        with the same bound.
-    looks : mapping of str to Look
-        Case -> its colour and its mark.
+    Beside each mean is the energy relative to the lower bound, which is drawn as a dashed line.
     """
-    figure, axes = new_figure(0.85 + 0.42 * len(rows))
+    figure, axes = new_figure(0.85 + 0.42 * len(found.choices))
     panel = axes[0, 0]
-    for i, row in enumerate(rows):
-        for k, (case, look) in enumerate(looks.items()):
-            level = i + 0.44 * (k - 0.5 * (len(looks) - 1))
-            _draw_energy(panel, row.energy[case], level, look, least[case], case)
-    for k, (value, cases) in enumerate(_by_value(least).items()):
-        colour = looks[cases[0]].colour if len(cases) == 1 else BLACK
-        words = f"lower bound, {' and '.join(cases)}"
-        panel.axvline(value, color=colour, label=words, linestyle=INTERLEAVED[k % 2], **_BOUND)
-    panel.set_yticks(range(len(rows)), [row.label for row in rows])
-    panel.set_ylim(len(rows) - 0.5, -0.5)
-    _make_room(
-        panel, [*least.values(), *(v for r in rows for seeds in r.energy.values() for v in seeds)]
-    )
+    least = found.lower_bound.energy_paper
+    shown = [least]
+    for i, choice in enumerate(found.choices):
+        for name, mark, aside in zip(CASES, "os", (-0.22, 0.22), strict=True):
+            values = [
+                one.metrics.drag_energy_paper
+                for one in choice.flown[name]
+                if one.metrics is not None and one.completed
+            ]
+            _draw_energy(panel, values, i + aside, mark, least, name)
+            shown += values
+    words = f"lower bound, {' and '.join(FLIGHT_LABELS[name] for name in CASES)}"
+    panel.axvline(least, color=BLACK, label=words, linestyle=INTERLEAVED[0], **_BOUND)
+    panel.set_yticks(range(len(found.choices)), [choice.label for choice in found.choices])
+    panel.set_ylim(len(found.choices) - 0.5, -0.5)
+    _make_room(panel, shown)
     panel.grid(visible=False, axis="y")
     panel.set_xlabel("rotor drag energy in the paper's count, speeds in Hz (“J”; times 2π: joules)")
     legend_above(figure, *legend_entries([panel]), columns=2)
     return figure
-
-
-def _by_value(numbers: Mapping[str, float]) -> dict[float, list[str]]:
-    """Return the names that each number has; numbers identical to rounding are one."""
-    found: dict[float, list[str]] = {}
-    for name, value in numbers.items():
-        same = next((one for one in found if math.isclose(one, value, rel_tol=1e-9)), value)
-        found.setdefault(same, []).append(name)
-    return found
 
 
 def _make_room(panel: Axes, values: Sequence[float]) -> None:
@@ -178,14 +136,15 @@ def _make_room(panel: Axes, values: Sequence[float]) -> None:
 
 
 def _draw_energy(
-    panel: Axes, values: Sequence[float], level: float, look: Look, least: float, case: str
+    panel: Axes, values: Sequence[float], level: float, mark: str, least: float, name: str
 ) -> None:
     if not len(values):
         return  # all of its flights were lost
     mean, ends = float(np.mean(values)), [min(values), max(values)]
-    panel.plot(ends, [level, level], color=look.colour, linewidth=4.0, alpha=0.4, zorder=2)
-    mark: dict[str, Any] = {"linestyle": "none", "markersize": 5.0, "zorder": 4}
-    panel.plot([mean], [level], look.mark, color=look.colour, label=f"{case}: mean, range", **mark)
+    colour, label = LOOKS[name].colour, f"{FLIGHT_LABELS[name]}: mean, range"
+    panel.plot(ends, [level, level], color=colour, linewidth=4.0, alpha=0.4, zorder=2)
+    dot: dict[str, Any] = {"linestyle": "none", "markersize": 5.0, "zorder": 4}
+    panel.plot([mean], [level], mark, color=colour, label=label, **dot)
     words = f"{100.0 * (mean / least - 1.0):+.1f} %".replace("-", "−")
-    at: dict[str, Any] = {"textcoords": "offset points", "va": "center", "color": look.colour}
+    at: dict[str, Any] = {"textcoords": "offset points", "va": "center", "color": colour}
     panel.annotate(words, (ends[1], level), (7.0, 0.0), **at)

@@ -17,13 +17,13 @@ __all__ = ["what_peers_cannot_run"]
 def what_peers_cannot_run() -> list[str]:
     """Return one sentence a peer: what became of the attempt, or that it is not installed."""
     attempts: tuple[Callable[[], str], ...] = (_rotorpy, _crazyflow, _mujoco)
-    told = []
+    sentences = []
     for attempt in attempts:
         try:
-            told.append(attempt())
+            sentences.append(attempt())
         except NotInstalled as missing:
-            told.append(str(missing))
-    return told
+            sentences.append(str(missing))
+    return sentences
 
 
 def _rotorpy() -> str:

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.unit.findings_parts import table_text
+from tests.unit.reproduction_parts import table_text
 
-from omnimorph.studies.flight_log import FlightLog, Flown
+from omnimorph.studies.flight_log import FlightLog, FlightResult
 from omnimorph.studies.many_flights import Job, fly_jobs
 from omnimorph.studies.reproduction import Plan, paper
 from omnimorph.studies.reproduction.degraded import Degraded, fly_paper_losses
@@ -77,7 +77,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightLog]:
 
 @pytest.fixture(scope="module")
 def hypotheses(log: FlightLog) -> dict[str, Hypothesis]:
-    def fly(jobs: list[Job], words: str) -> list[Flown]:
+    def fly(jobs: list[Job], words: str) -> list[FlightResult]:
         return fly_jobs(jobs, log)
 
     return {one.label: one for one in fly_hypotheses(Plan.whole(), fly)}  # type: ignore[arg-type]

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report.style import BLUE, VERMILLION, Look
+from omnimorph.report.style import BLUE, VERMILLION, LineStyle
 from omnimorph.results.run import Run
 from omnimorph.simulation.thrust_stand import StandReading
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.degraded import Degraded
 from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow
 from omnimorph.studies.reproduction.frontier import Frontier
@@ -28,7 +28,7 @@ from omnimorph.studies.reproduction.tilt_choice import (
 from omnimorph.units import to_SI
 
 DASHED = (0, (4.0, 1.4))
-LOOKS = {"Case A": Look(VERMILLION), "Case B": Look(BLUE, DASHED, "s")}
+LINE_STYLES = {"Case A": LineStyle(VERMILLION), "Case B": LineStyle(BLUE, DASHED, "s")}
 
 # --- ablation -------------------------------------------------------------------------------------
 
@@ -187,7 +187,7 @@ def build_choices(run: Run) -> TiltChoice:
             runs=dict.fromkeys(CASES, run),
             flown={
                 name: [
-                    Flown(replace(run.metrics, drag_energy_paper=1100.0 * factor * share))
+                    FlightResult(replace(run.metrics, drag_energy_paper=1100.0 * factor * share))
                     for share in spread.tolist()
                 ]
                 for name, factor in zip(CASES, both, strict=True)

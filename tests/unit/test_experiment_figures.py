@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from tests.unit import experiment_parts as parts
 from tests.unit.drawn import assert_in_sight, assert_legend
-from tests.unit.experiment_parts import LOOKS, PANELS
+from tests.unit.experiment_parts import LINE_STYLES, PANELS
 from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
-from tests.unit.findings_parts import values_of
+from tests.unit.reproduction_parts import values_of
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
 from omnimorph.report import style
 from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow, ablation
 from omnimorph.studies.reproduction.figures.frontier import frontier
-from omnimorph.studies.reproduction.figures.line_styles import LOOKS as OF_FLIGHTS
+from omnimorph.studies.reproduction.figures.line_styles import LINE_STYLES as OF_FLIGHTS
 from omnimorph.studies.reproduction.figures.stand import stand
 from omnimorph.studies.reproduction.figures.tilt_choice import (
     cost_gaps,
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 def figures() -> dict[str, Figure]:
     choice = parts.build_choices(om.fly(om.load_scenario("hover")))
     made = {
-        "ablation": ablation(parts.build_ablation(), PANELS, LOOKS),
+        "ablation": ablation(parts.build_ablation(), PANELS, LINE_STYLES),
         "stand": stand(parts.build_stand()),
         "frontier": frontier(parts.build_frontier()),
         "tilt_by_choice": tilt_by_choice(choice),
@@ -122,11 +122,11 @@ def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) 
     assert len(rows) == 35
     names = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
     for panel, axis in zip(PANELS, figure.axes, strict=True):
-        for case, look in LOOKS.items():
+        for case, line_style in LINE_STYLES.items():
             seeds = [np.asarray(row.values[panel.measure].get(case, ())) for row in rows]
             flown = [(row, v[np.isfinite(v)]) for row, v in zip(rows, seeds, strict=True)]
             flown = [(row, v) for row, v in flown if len(v)]
-            drawn = marks_of(axis, look.mark, look.colour)
+            drawn = marks_of(axis, line_style.mark, line_style.colour)
             np.testing.assert_allclose(drawn[:, 0], [v.mean() for _, v in flown], rtol=1e-12)
             at = [names[round(y)] for y in drawn[:, 1]]
             assert at == [row.label for row, _ in flown]
@@ -134,7 +134,7 @@ def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) 
                 [
                     xy(line)[:, 0].reshape(-1, 3)
                     for line in axis.lines
-                    if line.get_alpha() == 0.4 and line.get_color() == look.colour
+                    if line.get_alpha() == 0.4 and line.get_color() == line_style.colour
                 ]
                 or [np.empty((0, 3))]
             )
@@ -147,9 +147,9 @@ def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> N
     bold = [t.get_text() for t in tilt.get_yticklabels() if t.get_fontweight() == "bold"]
     assert bold == list(dict.fromkeys(row.group for row in rows))
     names = [tick.get_text() for tick in tilt.get_yticklabels()]
-    assert len(marks_of(tilt, "x", LOOKS["Case B"].colour)) == 0
+    assert len(marks_of(tilt, "x", LINE_STYLES["Case B"].colour)) == 0
     for axis in others:
-        lost = marks_of(axis, "x", LOOKS["Case B"].colour)
+        lost = marks_of(axis, "x", LINE_STYLES["Case B"].colour)
         assert [names[round(y)] for _, y in lost] == [rows[2].label, rows[8].label]
         assert (lost[:, 0] > 0.9).all(), "a share of the width"
     assert "lost flights" in [t.get_text() for t in figures["ablation"].legends[0].get_texts()]
@@ -158,14 +158,16 @@ def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> N
 def test_ablation_draws_the_papers_values_with_their_numbers(figures: dict[str, Figure]) -> None:
     for panel, axis in zip(PANELS, figures["ablation"].axes, strict=True):
         lines = {line.get_color(): xy(line)[0, 0] for line in axis.lines if line.is_dashed()}
-        assert lines == {LOOKS[case].colour: value for case, value in panel.paper.items()}
+        assert lines == {LINE_STYLES[case].colour: value for case, value in panel.paper.items()}
     words = [text.get_text() for axis in figures["ablation"].axes for text in axis.texts]
     assert words == ["2081", "1162", "11", "44", "0.062", "0.068"]
 
 
 def test_ablation_of_one_row_without_seeds_lost_needs_no_more_words() -> None:
     row = AblationRow("perfect plant", "", {"tilt": {"Case A": [12.0]}})
-    figure = ablation([row], [AblationPanel("tilt", "mean tilt (°)")], {"Case A": LOOKS["Case A"]})
+    figure = ablation(
+        [row], [AblationPanel("tilt", "mean tilt (°)")], {"Case A": LINE_STYLES["Case A"]}
+    )
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["Case A: mean and range"]
     (panel,) = figure.axes
     assert [tick.get_text() for tick in panel.get_yticklabels()] == ["perfect plant"]
@@ -178,7 +180,7 @@ def test_wide_ranges_of_an_ablation_have_ticks_that_can_be_read() -> None:
     rows = [AblationRow(f"{k}", "", {name: one}) for k, (name, one) in enumerate(values.items())]
     spread = [AblationRow("wide", "", {n: {"Case A": [1.2e-5, 0.2]} for n in values})]
     panels = [AblationPanel(name, f"{name}\n(–)", True, {"Case A": 0.062}) for name in values]
-    figure = laid_out(ablation([*rows, *spread], panels, {"Case A": LOOKS["Case A"]}))
+    figure = laid_out(ablation([*rows, *spread], panels, {"Case A": LINE_STYLES["Case A"]}))
     assert overlaps(figure, least_gap=2.0) == []
     for panel in figure.axes:
         ticks = panel.xaxis.get_major_ticks()
@@ -191,9 +193,9 @@ def test_wide_ranges_of_an_ablation_have_ticks_that_can_be_read() -> None:
 
 def test_two_values_of_the_paper_that_nearly_agree_are_two_lines() -> None:
     """The dashes of one fill the gaps of the other."""
-    row = AblationRow("row", "", {"e": {case: [1e-5, 0.1] for case in LOOKS}})
-    panel = AblationPanel("e", "e (–)", True, dict.fromkeys(LOOKS, 0.062))
-    (axis,) = ablation([row], [panel], LOOKS).axes
+    row = AblationRow("row", "", {"e": {case: [1e-5, 0.1] for case in LINE_STYLES}})
+    panel = AblationPanel("e", "e (–)", True, dict.fromkeys(LINE_STYLES, 0.062))
+    (axis,) = ablation([row], [panel], LINE_STYLES).axes
     one, two = (style.INTERLEAVED[k] for k in range(2))
     assert two[0] == one[1][0] == one[1][1], "it starts where the gap of the other does"
     drawn_as = [line for line in axis.lines if line.is_dashed()]
@@ -204,7 +206,7 @@ def test_names_of_ticks_at_the_ends_of_a_panel_stay_in_it() -> None:
     """Else they run together with those of the panel beside it."""
     values = {name: {"Case A": [0.0, 36_000.0]} for name in ("w", "x", "y", "z")}
     panels = [AblationPanel(name, f"{name} (–)") for name in values]
-    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LOOKS["Case A"]})
+    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LINE_STYLES["Case A"]})
     laid_out(figure)
     for panel in figure.axes:
         ticks = panel.xaxis.get_major_ticks()

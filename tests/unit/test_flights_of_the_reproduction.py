@@ -6,10 +6,10 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.unit.findings_parts import table
+from tests.unit.reproduction_parts import table
 
 import omnimorph as om
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.design import _counter_examples, _judge_conditions
 from omnimorph.studies.reproduction.flights import PaperFlights, Variant
 from omnimorph.studies.reproduction.spread import Spread
@@ -22,9 +22,9 @@ A, B = NAMES[:2]
 GROUPS = ("realistic", "without_momentum", "pose_only", "in_wakes")
 
 
-def flown(count: float) -> Flown:
+def flown(count: float) -> FlightResult:
     """A flight whose energies are known by one number."""
-    return Flown(replace(RUN.metrics, drag_energy_paper=count, drag_energy_J=7.0 * count))
+    return FlightResult(replace(RUN.metrics, drag_energy_paper=count, drag_energy_J=7.0 * count))
 
 
 def made_up() -> PaperFlights:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.findings_parts import table
+from tests.unit.reproduction_parts import table
 from tests.visitor import Visitor, wait_until
 
 import omnimorph as om
@@ -43,7 +43,7 @@ def run() -> om.Run:
 
 
 def test_a_panel_shows_the_speed_of_the_rotor_it_names(run: om.Run) -> None:
-    figure = figures.rotor_speeds([style.Flight("one", run, style.Look(style.BLUE))])
+    figure = figures.rotor_speeds([style.Flight("one", run, style.LineStyle(style.BLUE))])
     told = {panel.get_title(loc="left").split("  ")[0]: panel for panel in figure.axes}
     assert sorted(told) == [f"rotor {i}" for i in NUMBERS]
     for i in range(8):

@@ -8,15 +8,15 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     WORDS,
     A,
     B,
     assert_rows,
-    findings,
     flown,
-    page_of_findings,
+    made_up_page,
+    made_up_results,
     table,
     table_text,
     text_of,
@@ -24,14 +24,14 @@ from tests.unit.findings_parts import (
 
 import omnimorph as om
 from omnimorph.report.tables import number, plant_table, trajectory_table
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import page
 from omnimorph.studies.reproduction.design import CounterExample
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.verdicts import Basis, judge
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 def test_claims_stand_beside_what_was_found() -> None:
@@ -95,7 +95,7 @@ def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> No
             (Job(hover, 0), flown()),
             (Job(hover, 1), lost[0]),
             (Job(hover, 2), lost[1]),
-            (Job(tour, 0), Flown(None, "refused")),
+            (Job(tour, 0), FlightResult(None, "refused")),
         ],
         "two": [(Job(tour, 1), flown("not_finite", duration_s=0.25))],
     }
@@ -128,8 +128,8 @@ def test_the_command_makes_the_same_page_again(quick: bool) -> None:
 
 
 def test_each_table_stands_on_the_page_once() -> None:
-    found, flights = findings(), FLIGHTS
-    parts = [one.split("</caption>") for one in page_of_findings().split("<caption>")[1:]]
+    found, flights = made_up_results(), FLIGHTS
+    parts = [one.split("</caption>") for one in made_up_page().split("<caption>")[1:]]
     built = {
         text_of(caption): [
             [text_of(cell) for cell in re.split(r"</t[hd]>", row)[:-1]]
@@ -167,7 +167,7 @@ def test_each_table_stands_on_the_page_once() -> None:
 
 
 def test_the_results_in_markdown_hold_the_same_tables() -> None:
-    found = findings()
+    found = made_up_results()
     text = page.results_text(found, [], "the command")
     shown = [
         *(table_text(name, FLIGHTS) for name in ("energy", "errors")),

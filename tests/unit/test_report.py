@@ -19,7 +19,7 @@ from omnimorph.errors import InputError
 from omnimorph.model.geometry import propeller_radius
 from omnimorph.report import figures, style
 from omnimorph.report.page import Picture, render_page
-from omnimorph.report.style import Flight, Look
+from omnimorph.report.style import Flight, LineStyle
 from omnimorph.report.tables import (
     metrics_table,
     number,
@@ -35,7 +35,7 @@ from omnimorph.studies.reproduction.figures import summary
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOOK = Look(style.VERMILLION)
+LOOK = LineStyle(style.VERMILLION)
 
 
 @pytest.fixture(scope="module")
@@ -125,10 +125,10 @@ def test_phases_of_a_run_without_segments(hover: om.Run) -> None:
 
 def drawn(flight: Flight) -> dict[str, Figure]:
     """Draw every figure of one flight."""
-    row = summary.EnergyRow("hovering", [1.0, 2.0], 1.5, 1.8, flight.look)
+    row = summary.EnergyRow("hovering", [1.0, 2.0], 1.5, 1.8, flight.line_style)
     return {
         "trajectory": figures.trajectory([flight]),
-        "errors": figures.errors([flight], [("elsewhere", 11.0, 0.06, flight.look)]),
+        "errors": figures.errors([flight], [("elsewhere", 11.0, 0.06, flight.line_style)]),
         "tilt": figures.tilt([flight]),
         "rotor_speeds": figures.rotor_speeds([flight]),
         "power_and_energy": figures.power_and_energy([flight], [flight]),

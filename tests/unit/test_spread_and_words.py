@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import binomtest, t
 
 import omnimorph as om
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.printed_matrix import as_text, factors_of
 from omnimorph.studies.reproduction.spread import Spread, share_interval, spread_of
 from omnimorph.studies.reproduction.verdicts import range_words
@@ -18,9 +18,9 @@ from omnimorph.studies.reproduction.wording import difference_words, spread_word
 ONE = om.fly(om.load_scenario("hover")).metrics
 
 
-def flown(*tilts: float, lost: int = 0) -> list[Flown]:
-    completed = [Flown(replace(ONE, tilt_mean_deg=tilt)) for tilt in tilts]
-    return completed + lost * [Flown(replace(ONE, tilt_mean_deg=1e9, outcome="lost"))]
+def flown(*tilts: float, lost: int = 0) -> list[FlightResult]:
+    completed = [FlightResult(replace(ONE, tilt_mean_deg=tilt)) for tilt in tilts]
+    return completed + lost * [FlightResult(replace(ONE, tilt_mean_deg=1e9, outcome="lost"))]
 
 
 def test_the_interval_is_students() -> None:
@@ -32,7 +32,7 @@ def test_the_interval_is_students() -> None:
 
 
 def test_flights_that_were_lost_are_counted_and_not_averaged() -> None:
-    found = spread_of([*flown(3.0, lost=2), Flown(None, "refused.")], "tilt_mean_deg")
+    found = spread_of([*flown(3.0, lost=2), FlightResult(None, "refused.")], "tilt_mean_deg")
     assert (found.mean, found.flights, found.completed) == (3.0, 4, 1)
     assert math.isnan(found.half_width)
     nothing = spread_of(flown(lost=2), "tilt_mean_deg")

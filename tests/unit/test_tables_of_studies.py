@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LOSSES,
     SHOWN,
@@ -16,10 +16,10 @@ from tests.unit.findings_parts import (
     above_the_bound,
     assert_rows,
     bound_J,
-    findings,
     kept,
+    made_up_page,
+    made_up_results,
     mean,
-    page_of_findings,
     shown,
     signed,
     table,
@@ -32,11 +32,11 @@ from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.wording import mean_words
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 def test_hypotheses_and_what_speaks_against_them() -> None:
-    found = findings().hypotheses
+    found = made_up_results().hypotheses
     keys = [
         f"{kind}_error_{case}" for kind in ("position", "attitude") for case in ("a", "b", "w3")
     ]
@@ -94,7 +94,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
 
 
 def test_losses_and_their_data() -> None:
-    found = findings().degraded
+    found = made_up_results().degraded
     rows = []
     for one, data in zip(found.losses, found.as_dict()["losses"], strict=True):
         n = len(one.flown)
@@ -125,7 +125,7 @@ def test_losses_and_their_data() -> None:
 
 
 def test_frontiers_and_dead_rotors_and_their_data() -> None:
-    found = findings().degraded
+    found = made_up_results().degraded
     data = found.as_dict()
     rows = []
     for one, told in zip(found.frontiers, data["frontiers"], strict=True):
@@ -162,15 +162,15 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
     assert told == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
     expected = ("Case A with 35 % less", "Case B with 35 % less", "Case B with 30 % less")
     healthy = "Errors with less thrust (solid) beside the healthy flights (dotted): "
-    assert f"{healthy}{', '.join(expected)}." in text_of(page_of_findings())
-    assert list(findings().degraded_runs) == list(LOSSES)
+    assert f"{healthy}{', '.join(expected)}." in text_of(made_up_page())
+    assert list(made_up_results().degraded_runs) == list(LOSSES)
 
 
 # --- choosing the tilt ----------------------------------------------------------------------------
 
 
 def test_methods_to_choose_the_tilt_and_their_data() -> None:
-    found = findings().tilt_choice
+    found = made_up_results().tilt_choice
     data = found.as_dict()
     rows = []
     for one, told in zip(found.choices, data["choices"], strict=True):
@@ -208,7 +208,7 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
 
 
 def test_gaps_and_their_data() -> None:
-    found = findings().tilt_choice
+    found = made_up_results().tilt_choice
     rows = []
     for one, told in zip(found.gaps, found.as_dict()["gaps"], strict=True):
         above = float(np.mean(one.gap > 0.01))

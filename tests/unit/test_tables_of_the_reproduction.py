@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LIMITS,
     NAMES,
@@ -20,9 +20,9 @@ from tests.unit.findings_parts import (
     B,
     above_the_bound,
     assert_rows,
-    findings,
+    made_up_page,
+    made_up_results,
     mean,
-    page_of_findings,
     per_cent,
     shown,
     signed,
@@ -34,7 +34,7 @@ from tests.unit.findings_parts import (
 from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.lost_thrust import KINDS, POSE_KEPT
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 # --- flights --------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ def test_still_air_and_wakes() -> None:
 
 
 def test_key_numbers() -> None:
-    choice = findings().tilt_choice
+    choice = made_up_results().tilt_choice
     rows = []
     for words, metric, claim in (
         ("rotor drag energy (“J”)", "drag_energy_paper", "drag_energy"),
@@ -164,13 +164,13 @@ def test_key_numbers() -> None:
         for name in (A, B):
             (found,) = (
                 one
-                for one in findings().degraded.frontiers
+                for one in made_up_results().degraded.frontiers
                 if (one.scenario, one.kind, one.criterion, one.speed_limit)
                 == (name, KINDS[0], POSE_KEPT, limit)
             )
             row += [" to ".join(f"{100.0 * end:.1f}" for end in found.bracket), "—"]
         rows.append(row)
-    shown_table = table("key", findings())
+    shown_table = table("key", made_up_results())
     assert_rows(shown_table, rows, "", "Case A, here", "the paper", "Case B, here", "the paper")
 
 
@@ -178,7 +178,7 @@ def test_key_numbers() -> None:
 
 
 def test_ablation_and_its_data() -> None:
-    found = findings().ablation
+    found = made_up_results().ablation
     rows = [
         [
             f"{one.group}: {one.label}",
@@ -212,7 +212,7 @@ def test_ablation_and_its_data() -> None:
 
 
 def test_a_reference_without_feed_forward() -> None:
-    lag = findings().ablation.lag
+    lag = made_up_results().ablation.lag
     rows = []
     for words, claim, metric, closed in (
         ("‖e_R‖", "attitude_error", "attitude_error_paper", 0.21 * 13.0 / 43.0),
@@ -242,7 +242,7 @@ def test_a_reference_without_feed_forward() -> None:
         "difference",
     )
     sines = [CLAIMS[f"attitude_error_{case}"].value or 0.0 for case in ("a", "b", "w3")]
-    text = text_of(page_of_findings())
+    text = text_of(made_up_page())
     assert "it lags by the ratio of its gains, 0.21 s in attitude and 0.31 s in position." in text
     assert "0.21 s × 13 rad ÷ 43 s for the attitude, 0.31 s × 1.7 m ÷ 43 s for the pos" in text
     shortest, longest = (number(0.21 * 13.0 / f(sines), 3) for f in (max, min))

@@ -43,6 +43,6 @@ def answer(options: argparse.Namespace) -> console.Answer:
             report = measure(progress, rounds=options.rounds)
     numbers = console.table(report.as_rows(), header=report.COLUMNS, align="rrrll")
     origin = console.table([[f"{name}:", text] for name, text in report.provenance.items()])
-    told = "".join(f"{note}\n" for note in report.notes)
-    more = told or "`omnimorph bench --peers` compares with others on this machine.\n"
+    notes = "".join(f"{note}\n" for note in report.notes)
+    more = notes or "`omnimorph bench --peers` compares with others on this machine.\n"
     return console.Answer(text=f"{numbers}\n\n{more}\n{origin}", data=report.as_dict())

@@ -214,8 +214,8 @@ def _condition_table(analysis: VehicleAnalysis) -> Table:
         if one.actuation.rank_thrust == 6:
             continue
         named = zip(analysis.vehicle.servo_name, one.actuation.conditions, strict=True)
-        told = [(f"{name}: " if several else "") + condition_words(rows) for name, rows in named]
-        rows.append([tilt_words(one.tilt), str(one.actuation.rank_thrust), "; ".join(told)])
+        sums = [(f"{name}: " if several else "") + condition_words(rows) for name, rows in named]
+        rows.append([tilt_words(one.tilt), str(one.actuation.rank_thrust), "; ".join(sums)])
     head = ["tilt", "rank of A", f"moving {'a' if several else 'the'} servo adds a direction if"]
     caption = "Where thrusts alone cannot change all six directions: when the tilt helps."
     return Table(caption, head, rows if analysis.vehicle.n_servos else [])

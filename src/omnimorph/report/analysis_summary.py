@@ -248,9 +248,9 @@ def _mechanism(analysis: VehicleAnalysis) -> KeyPoint:
     tilts: list[tuple[str, float | None]] = [("in still air", trade.break_even)]
     if analysis.wakes is not None:
         tilts.append(("in the rotors' wakes", trade.break_even_in_wakes))
-    told = [
+    pays = [
         f"beyond {degrees(tilt)} {where}" if tilt is not None else f"at no tilt {where}"
         for where, tilt in tilts
     ]
-    text = f"({share}) pays against a vehicle whose tilt is fixed {' and '.join(told)}."
+    text = f"({share}) pays against a vehicle whose tilt is fixed {' and '.join(pays)}."
     return KeyPoint(head, text)

@@ -73,15 +73,17 @@ def _table(fit: RotorFit) -> Table:
     return Table(caption, ["", "value", "95 % interval", "unit"], rows, frozenset({1, 2}))
 
 
-def _coefficient_rows(name: str, unit: str, words: str, fit: CoefficientFit) -> list[list[str]]:
+def _coefficient_rows(
+    name: str, unit: str, description: str, fit: CoefficientFit
+) -> list[list[str]]:
     if not fit.separate:
-        return [_row(name, unit, words, fit.both)]
+        return [_row(name, unit, description, fit.both)]
     ways = (("forward", fit.forward), ("reverse", fit.reverse))
-    return [_row(f"{name}, {way}", unit, words, found) for way, found in ways]
+    return [_row(f"{name}, {way}", unit, description, found) for way, found in ways]
 
 
-def _row(name: str, unit: str, words: str, estimate: Estimate | None) -> list[str]:
+def _row(name: str, unit: str, description: str, estimate: Estimate | None) -> list[str]:
     if estimate is None:
-        return [name, number(None), "", words]
+        return [name, number(None), "", description]
     value, low, high = (number(from_SI(one, unit), 5) for one in estimate)
-    return [name, value, f"{low} to {high}", words]
+    return [name, value, f"{low} to {high}", description]

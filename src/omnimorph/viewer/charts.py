@@ -52,14 +52,14 @@ class Curve(NamedTuple):
         Its name in the chart.
     time, values : (K,) arrays
         In s, and in the chart's unit.
-    look : dict
+    style : dict
         How uPlot draws it.
     """
 
     label: str
     time: FloatArray
     values: FloatArray
-    look: dict[str, Any]
+    style: dict[str, Any]
 
 
 class Chart(NamedTuple):
@@ -153,7 +153,7 @@ class _Plot:
         self.take(chart)
         series = [
             {},
-            *({"label": curve.label, **curve.look} for curve in chart.curves),
+            *({"label": curve.label, **curve.style} for curve in chart.curves),
             *({"label": f"limit {limit:.4g}", **_LIMIT} for limit in chart.limits),
             _NOW,
         ]
@@ -217,7 +217,7 @@ def _shared_time(times: Sequence[FloatArray]) -> FloatArray:
 
 def _one_each(flights: Sequence[Flight], values: Any) -> tuple[Curve, ...]:
     return tuple(
-        Curve(flight.name, flight.run.time, values(flight), _look(_SHADES[k], k))
+        Curve(flight.name, flight.run.time, values(flight), _curve_style(_SHADES[k], k))
         for k, flight in enumerate(flights)
     )
 
@@ -229,7 +229,7 @@ def _tilts(flights: Sequence[Flight]) -> tuple[Curve, ...]:
         for j, angle in enumerate(np.degrees(flight.run.tilt_actual).T):
             shade = _SHADES[(j if len(names) > 1 else k) % len(_SHADES)]
             label = f"{flight.name} {names[j]}"
-            found.append(Curve(label, flight.run.time, angle, _look(shade, k)))
+            found.append(Curve(label, flight.run.time, angle, _curve_style(shade, k)))
     return tuple(found)
 
 
@@ -239,31 +239,31 @@ def _speeds(flights: Sequence[Flight]) -> tuple[Curve, ...]:
         for i, speed in enumerate(flight.run.speed.T / (2.0 * np.pi)):
             shade = _SHADES[i % len(_SHADES)]
             label = f"{flight.name} rotor {i}"
-            found.append(Curve(label, flight.run.time, speed, _look(shade, k)))
+            found.append(Curve(label, flight.run.time, speed, _curve_style(shade, k)))
     return tuple(found)
 
 
-def _key(words: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
+def _key(labels: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
     """Return words with the colours of the curves in their order."""
-    return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(words))
+    return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(labels))
 
 
 def _lines(names: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
     """Return which line is whose, where colours already stand for rotors or servos."""
     return tuple(
-        (f"{look}: {name}", colours.INK)
-        for look, name in zip(("solid", "dashed"), names, strict=False)
+        (f"{line}: {name}", colours.INK)
+        for line, name in zip(("solid", "dashed"), names, strict=False)
     )
 
 
 def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
     one = "margin:0 5px;display:inline-block"
-    words = "".join(
+    labels = "".join(
         f'<span style="color:{colours.css(shade)};{one}">{html.escape(word)}</span>'
         for word, shade in key
     )
     style = "font-size:0.7rem;font-weight:600;text-align:center;line-height:1.2"
-    return f'<div style="{style}">{words}</div>'
+    return f'<div style="{style}">{labels}</div>'
 
 
 def _tilt_limits(flight: Flight) -> list[float]:
@@ -277,10 +277,10 @@ def _speed_limits(flight: Flight) -> list[float]:
     return [float(end) for end in np.unique(ends.round(6))]
 
 
-def _look(shade: colours.Colour, flight: int) -> dict[str, Any]:
-    look: dict[str, Any] = {
+def _curve_style(shade: colours.Colour, flight: int) -> dict[str, Any]:
+    style: dict[str, Any] = {
         "stroke": colours.css(shade),
         "width": 1.3,
         "points": {"show": False},
     }
-    return look | ({"dash": _DASHES[flight]} if flight else {})
+    return style | ({"dash": _DASHES[flight]} if flight else {})

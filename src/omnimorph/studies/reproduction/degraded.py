@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import A
@@ -57,7 +57,7 @@ class PaperLoss:
     loss : float
         Share of the thrust.
     speed_limit : float, rad/s
-    flown : list of Flown
+    flown : list of FlightResult
         One for each seed.
     """
 
@@ -65,7 +65,7 @@ class PaperLoss:
     scenario: str
     loss: float
     speed_limit: float
-    flown: list[Flown]
+    flown: list[FlightResult]
 
     def share(self, criterion: str) -> Share:
         """Return how many flights met a criterion, of how many."""

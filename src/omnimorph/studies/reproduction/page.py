@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from omnimorph.report.page import Picture
 from omnimorph.report.tables import metrics_table, plant_table, source_table, trajectory_table
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT, Ablation
@@ -37,7 +37,7 @@ def page_text(
     pictures: Mapping[str, Picture],
     *,
     plan: Plan,
-    flown: Mapping[str, Sequence[tuple[Job, Flown]]],
+    flown: Mapping[str, Sequence[tuple[Job, FlightResult]]],
     run_files: Sequence[str],
 ) -> str:
     """Return the report: one HTML file with everything in it."""
@@ -127,17 +127,17 @@ class Failure(NamedTuple):
     times: list[float]  # s, when they ended
 
 
-def failures(flown: Mapping[str, Sequence[tuple[Job, Flown]]]) -> list[Failure]:
+def failures(flown: Mapping[str, Sequence[tuple[Job, FlightResult]]]) -> list[Failure]:
     """Return the flights that were not completed, by what they were flown for and how they ended.
 
     Parameters
     ----------
-    flown : mapping of str to (Job, Flown) pairs
+    flown : mapping of str to (Job, FlightResult) pairs
         All flights, by what they were flown for.
     """
     found = []
     for purpose, flights in flown.items():
-        ended: dict[tuple[str, str], list[Flown]] = {}
+        ended: dict[tuple[str, str], list[FlightResult]] = {}
         for job, one in flights:
             if not one.completed:
                 how = one.failure or one.outcome

@@ -14,7 +14,7 @@ from omnimorph.report.figures import BANDS
 from omnimorph.report.page import templates_of
 from omnimorph.report.tables import Table, degrees
 from omnimorph.results.measures import MEASURES
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import W3, A, B
 from omnimorph.studies.reproduction.hypotheses import error_claims
@@ -89,7 +89,7 @@ def templates() -> Environment:
     return environment
 
 
-def _mean(flown: Sequence[Flown], metric: str) -> float:
+def _mean(flown: Sequence[FlightResult], metric: str) -> float:
     return spread_of(flown, metric, MEASURES[metric].factor).mean
 
 

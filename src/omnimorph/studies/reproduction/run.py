@@ -23,7 +23,7 @@ from omnimorph.errors import InputError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import write_text
 from omnimorph.results.run import Run
-from omnimorph.studies.flight_log import FlightLog, Flown
+from omnimorph.studies.flight_log import FlightLog, FlightResult
 from omnimorph.studies.many_flights import Job, fly_jobs, fly_runs
 from omnimorph.studies.own_folder import FLIGHTS, check_own, own_folder
 from omnimorph.studies.processes import busy_pool
@@ -114,7 +114,7 @@ class _Work:
 
     def __init__(self, plan: Plan, log: FlightLog, progress: Progress | None) -> None:
         self.plan, self.log = plan, log
-        self.flown: dict[str, list[tuple[Job, Flown]]] = {}
+        self.flown: dict[str, list[tuple[Job, FlightResult]]] = {}
         self._progress, self._done = progress, 0
         counts = (
             count_flights,
@@ -150,10 +150,10 @@ class _Work:
         finally:
             aside.shutdown(cancel_futures=True)
 
-    def fly_jobs(self, jobs: Sequence[Job], words: str) -> list[Flown]:
+    def fly_jobs(self, jobs: Sequence[Job], purpose: str) -> list[FlightResult]:
         """Fly jobs, all that are not in the log."""
-        flown = fly_jobs(jobs, self.log, lambda: self.report(f"flying {words}"))
-        self.flown.setdefault(words, []).extend(zip(jobs, flown, strict=True))
+        flown = fly_jobs(jobs, self.log, lambda: self.report(f"flying {purpose}"))
+        self.flown.setdefault(purpose, []).extend(zip(jobs, flown, strict=True))
         return flown
 
     def report(self, label: str) -> None:

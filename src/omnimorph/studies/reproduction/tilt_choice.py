@@ -19,7 +19,7 @@ from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
 from omnimorph.studies.reproduction.flights import A, B
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
@@ -53,13 +53,13 @@ class Choice:
     label : str
     runs : mapping to Run
         The first seed, for the figure.
-    flown : mapping to list of Flown
+    flown : mapping to list of FlightResult
         One for each seed.
     """
 
     label: str
     runs: Mapping[str, Run]
-    flown: Mapping[str, list[Flown]]
+    flown: Mapping[str, list[FlightResult]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

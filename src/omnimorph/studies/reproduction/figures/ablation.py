@@ -15,7 +15,7 @@ from omnimorph.report.style import (
     BLUE,
     INTERLEAVED,
     VERMILLION,
-    Look,
+    LineStyle,
     legend_above,
     new_figure,
     plain,
@@ -23,7 +23,7 @@ from omnimorph.report.style import (
 )
 from omnimorph.report.tables import number
 from omnimorph.results.measures import MEASURES
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import CASES, Ablation, Condition
 from omnimorph.studies.reproduction.figures.line_styles import DASHED
@@ -90,7 +90,9 @@ class AblationPanel:
 
 @styled
 def ablation(
-    rows: Sequence[AblationRow], panels: Sequence[AblationPanel], looks: Mapping[str, Look]
+    rows: Sequence[AblationRow],
+    panels: Sequence[AblationPanel],
+    line_styles: Mapping[str, LineStyle],
 ) -> Figure:
     """Draw what was flown under many conditions: mean and range over the seeds, and lost flights.
 
@@ -100,7 +102,7 @@ def ablation(
         From top to bottom; about 45 fill a page. Neighbours of one group stand under its name.
     panels : sequence of AblationPanel
         From left to right.
-    looks : mapping of str to Look
+    line_styles : mapping of str to LineStyle
         Case -> how it is drawn: its colour and its mark.
     """
     levels, ticks, names = _places(rows)
@@ -110,10 +112,10 @@ def ablation(
     for axis, panel in zip(axes[0], panels, strict=True):
         _shade(axis, levels)
         _limit(axis, panel, rows)
-        for k, (case, look) in enumerate(looks.items()):
-            ys = np.asarray(levels) + _APART * (k - 0.5 * (len(looks) - 1))
-            _draw_case(axis, case, look, panel.measure, rows, ys)
-        _draw_paper(axis, panel, looks)
+        for k, (case, line_style) in enumerate(line_styles.items()):
+            ys = np.asarray(levels) + _APART * (k - 0.5 * (len(line_styles) - 1))
+            _draw_case(axis, case, line_style, panel.measure, rows, ys)
+        _draw_paper(axis, panel, line_styles)
         _name_ticks(axis)
         axis.set_xlabel(panel.title)
         axis.set_title(panel.title, fontsize=8.5, pad=_TICKS + 4.0 + _LINE * reported)
@@ -125,7 +127,7 @@ def ablation(
     headings = set(ticks) - set(levels)
     for tick, text in zip(ticks, first.get_yticklabels(), strict=True):
         text.set_fontweight("bold" if tick in headings else "normal")
-    legend_above(figure, *_entries(rows, panels, looks))
+    legend_above(figure, *_entries(rows, panels, line_styles))
     return figure
 
 
@@ -147,7 +149,12 @@ def _shade(axis: Axes, levels: Sequence[int]) -> None:
 
 
 def _draw_case(
-    axis: Axes, case: str, look: Look, measure: str, rows: Sequence[AblationRow], ys: FloatArray
+    axis: Axes,
+    case: str,
+    line_style: LineStyle,
+    measure: str,
+    rows: Sequence[AblationRow],
+    ys: FloatArray,
 ) -> None:
     """Draw one case of a panel at the heights of its rows, few artists for all of them."""
     dots, ranges, lost = [], [], []
@@ -160,11 +167,13 @@ def _draw_case(
         if len(flown) < len(values):
             lost.append([0.97, y])
     if dots:
-        axis.plot(*np.transpose(ranges), color=look.colour, linewidth=2.6, alpha=0.4, zorder=3)
-        axis.plot(*np.transpose(dots), look.mark, color=look.colour, **_DOT)
+        axis.plot(
+            *np.transpose(ranges), color=line_style.colour, linewidth=2.6, alpha=0.4, zorder=3
+        )
+        axis.plot(*np.transpose(dots), line_style.mark, color=line_style.colour, **_DOT)
     if lost:
         edge: dict[str, Any] = {"transform": axis.get_yaxis_transform(), "zorder": 5}
-        axis.plot(*np.transpose(lost), "x", color=look.colour, **_LOST, **edge)
+        axis.plot(*np.transpose(lost), "x", color=line_style.colour, **_LOST, **edge)
 
 
 def _limit(axis: Axes, panel: AblationPanel, rows: Sequence[AblationRow]) -> None:
@@ -215,11 +224,11 @@ def _share(axis: Axes, value: float) -> float:
     return float(axis.transLimits.transform(axis.transScale.transform((value, 0.0)))[0])
 
 
-def _draw_paper(axis: Axes, panel: AblationPanel, looks: Mapping[str, Look]) -> None:
+def _draw_paper(axis: Axes, panel: AblationPanel, line_styles: Mapping[str, LineStyle]) -> None:
     """Draw the paper's values as lines, each with its number above the panel."""
-    reported = [case for case in looks if case in panel.paper]
+    reported = [case for case in line_styles if case in panel.paper]
     for k, case in enumerate(reported):
-        value, colour = panel.paper[case], looks[case].colour
+        value, colour = panel.paper[case], line_styles[case].colour
         axis.axvline(value, color=colour, linestyle=INTERLEAVED[k % 2], **_PAPER)
         share = _share(axis, value)
         align = "left" if share < 0.2 else "right" if share > 0.8 else "center"
@@ -230,23 +239,26 @@ def _draw_paper(axis: Axes, panel: AblationPanel, looks: Mapping[str, Look]) -> 
 
 
 def _entries(
-    rows: Sequence[AblationRow], panels: Sequence[AblationPanel], looks: Mapping[str, Look]
+    rows: Sequence[AblationRow],
+    panels: Sequence[AblationPanel],
+    line_styles: Mapping[str, LineStyle],
 ) -> tuple[list[Any], list[str]]:
     """Return what the legend shows: the cases, the paper's values, and lost flights if any were."""
     from matplotlib.lines import Line2D
 
     handles = [
-        Line2D([], [], marker=look.mark, color=look.colour, **_DOT) for look in looks.values()
+        Line2D([], [], marker=line_style.mark, color=line_style.colour, **_DOT)
+        for line_style in line_styles.values()
     ]
-    words = [f"{case}: mean and range" for case in looks]
+    labels = [f"{case}: mean and range" for case in line_styles]
     if any(panel.paper for panel in panels):
         handles.append(Line2D([], [], color="#444444", linestyle=INTERLEAVED[0], **_PAPER))
-        words.append("the paper's values")
+        labels.append("the paper's values")
     measured = [v for row in rows for cases in row.values.values() for v in cases.values()]
     if not all(np.isfinite(values).all() for values in measured):
         handles.append(Line2D([], [], marker="x", color="#444444", **_LOST))
-        words.append("lost flights")
-    return handles, words
+        labels.append("lost flights")
+    return handles, labels
 
 
 # --- what the page shows --------------------------------------------------------------------------
@@ -286,11 +298,11 @@ def draw_ablation(found: Ablation) -> Figure:
         AblationRow(one.label, one.group, {panel.measure: _by_case(one, panel) for panel in panels})
         for one in found.conditions
     ]
-    looks = {
-        FLIGHT_LABELS[A]: Look(VERMILLION),
-        FLIGHT_LABELS[B]: Look(BLUE, DASHED, "s"),
+    line_styles = {
+        FLIGHT_LABELS[A]: LineStyle(VERMILLION),
+        FLIGHT_LABELS[B]: LineStyle(BLUE, DASHED, "s"),
     }
-    return ablation(rows, panels, looks)
+    return ablation(rows, panels, line_styles)
 
 
 def _by_case(condition: Condition, panel: AblationPanel) -> dict[str, list[float]]:
@@ -301,5 +313,5 @@ def _by_case(condition: Condition, panel: AblationPanel) -> dict[str, list[float
     }
 
 
-def _value(flown: Flown, metric: str) -> float:
+def _value(flown: FlightResult, metric: str) -> float:
     return float(getattr(flown.metrics, metric)) if flown.completed else math.nan

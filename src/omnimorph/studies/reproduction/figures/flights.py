@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from omnimorph.report.style import Flight, Look
+from omnimorph.report.style import Flight, LineStyle
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.figures import summary
-from omnimorph.studies.reproduction.figures.line_styles import DOTTED, LOOKS, ORDER
+from omnimorph.studies.reproduction.figures.line_styles import DOTTED, LINE_STYLES, ORDER
 from omnimorph.studies.reproduction.flights import (
     FIXED_A,
     FIXED_B,
@@ -36,13 +36,13 @@ def energy_rows(flights: PaperFlights) -> list[summary.EnergyRow]:
                 values=flights.values(name, "drag_energy_paper").tolist(),
                 perfect=spread_of([flights.perfect[name]], "drag_energy_paper").mean,
                 paper=reported.get(name),
-                look=LOOKS[name],
+                line_style=LINE_STYLES[name],
             )
         )
     return rows
 
 
-def paper_means() -> list[tuple[str, float, float, Look]]:
+def paper_means() -> list[tuple[str, float, float, LineStyle]]:
     """Return the paper's mean errors (mm, and ‖e_R‖) of both cases."""
     means = []
     for name, key in ((A, "a"), (B, "b")):
@@ -50,7 +50,9 @@ def paper_means() -> list[tuple[str, float, float, Look]]:
         sine = paper.claims()[f"attitude_error_{key}"].value
         assert distance is not None
         assert sine is not None
-        means.append((f"the paper's mean, {FLIGHT_LABELS[name]}", distance, sine, LOOKS[name]))
+        means.append(
+            (f"the paper's mean, {FLIGHT_LABELS[name]}", distance, sine, LINE_STYLES[name])
+        )
     return means
 
 
@@ -58,9 +60,11 @@ def variant_flights(flights: PaperFlights) -> list[Flight]:
     """Return Case A in the plants that ought to agree."""
     return [
         Flight(
-            f"{1e3 * variant.step:g} ms" + (", noise" if variant.noise else ""), variant.run, look
+            f"{1e3 * variant.step:g} ms" + (", noise" if variant.noise else ""),
+            variant.run,
+            line_style,
         )
-        for variant, look in zip(flights.variants, ORDER, strict=True)
+        for variant, line_style in zip(flights.variants, ORDER, strict=True)
     ]
 
 
@@ -70,8 +74,8 @@ def degraded_flights(results: Results) -> list[Flight]:
     for key, run in results.degraded_runs.items():
         about = paper.claims()[key].about
         case = about["scenario"]
-        words = f"{FLIGHT_LABELS[case]}, {about['loss_percent']:g} % less"
-        shown.append(Flight(words, run, Look(LOOKS[case].colour)))
-        healthy = Look(LOOKS[case].colour, DOTTED)
+        name = f"{FLIGHT_LABELS[case]}, {about['loss_percent']:g} % less"
+        shown.append(Flight(name, run, LineStyle(LINE_STYLES[case].colour)))
+        healthy = LineStyle(LINE_STYLES[case].colour, DOTTED)
         shown.append(Flight(f"{FLIGHT_LABELS[case]}, healthy", results.flights.runs[case], healthy))
     return shown

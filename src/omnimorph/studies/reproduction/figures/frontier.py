@@ -11,14 +11,14 @@ from omnimorph.protocols import FloatArray
 from omnimorph.report.style import (
     LIMIT,
     VEIL,
-    Look,
+    LineStyle,
     legend_above,
     legend_entries,
     new_figure,
     styled,
 )
 from omnimorph.studies.reproduction.degraded import Degraded
-from omnimorph.studies.reproduction.figures.line_styles import DASHED, LOOKS
+from omnimorph.studies.reproduction.figures.line_styles import DASHED, LINE_STYLES
 from omnimorph.studies.reproduction.frontier import Frontier
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT, Share
 from omnimorph.studies.reproduction.spread import share_interval
@@ -80,7 +80,7 @@ def _draw_panel(axis: Axes, found: Sequence[Frontier]) -> None:
             100.0 * np.array(losses),
             [one.survived[loss] for loss in losses],
             f"{FLIGHT_LABELS[one.scenario]}, ±{speed:.0f} Hz",
-            Look(LOOKS[one.scenario].colour, "-" if speed < 200.0 else DASHED),
+            LineStyle(LINE_STYLES[one.scenario].colour, "-" if speed < 200.0 else DASHED),
             apart=_APART * (k - 0.5 * (len(found) - 1)),
         )
     limits = {one.speed_limit: one.physical_limit for one in found}
@@ -104,9 +104,11 @@ def _draw_dead_rotor(axis: Axes, degraded: Degraded) -> None:
     count = len(degraded.dead)
     for k, ((name, criterion), shares) in enumerate(degraded.dead.items()):
         beside = 0.6 / count * (k - 0.5 * (count - 1))
-        look = Look(LOOKS[name].colour, "none", "o" if criterion == NOT_LOST else "D")
+        line_style = LineStyle(
+            LINE_STYLES[name].colour, "none", "o" if criterion == NOT_LOST else "D"
+        )
         label = f"{FLIGHT_LABELS[name]}, {criterion}"
-        _draw_shares(axis, np.arange(float(len(shares))) + beside, shares, label, look)
+        _draw_shares(axis, np.arange(float(len(shares))) + beside, shares, label, line_style)
     rotors = len(next(iter(degraded.dead.values())))
     axis.set_xticks(range(rotors))
     axis.set_xlim(-0.6, rotors - 0.4)
@@ -120,7 +122,7 @@ def _draw_shares(
     x: FloatArray,
     shares: Sequence[Share],
     label: str,
-    look: Look,
+    line_style: LineStyle,
     *,
     apart: float = 0.0,
 ) -> None:
@@ -135,9 +137,9 @@ def _draw_shares(
         x,
         share,
         yerr=np.maximum([share - low, high - share], 0.0),  # rounding may cross the ends
-        color=look.colour,
-        linestyle=look.line,
-        marker=look.mark,
+        color=line_style.colour,
+        linestyle=line_style.line,
+        marker=line_style.mark,
         markersize=4.2,
         elinewidth=0.8,
         label=label,

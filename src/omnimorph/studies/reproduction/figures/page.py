@@ -22,7 +22,7 @@ from omnimorph.studies.reproduction.figures.flights import (
     variant_flights,
 )
 from omnimorph.studies.reproduction.figures.frontier import frontier
-from omnimorph.studies.reproduction.figures.line_styles import LOOKS
+from omnimorph.studies.reproduction.figures.line_styles import LINE_STYLES
 from omnimorph.studies.reproduction.figures.stand import stand
 from omnimorph.studies.reproduction.figures.tilt_choice import (
     cost_gaps,
@@ -127,7 +127,7 @@ def _design_drawings(results: Results) -> dict[str, _Drawing]:
 def _flight_drawings(results: Results) -> dict[str, _Drawing]:
     flights = results.flights
     a, b, fixed_a, fixed_b = (
-        Flight(FLIGHT_LABELS[name], flights.runs[name], LOOKS[name])
+        Flight(FLIGHT_LABELS[name], flights.runs[name], LINE_STYLES[name])
         for name in (A, B, FIXED_A, FIXED_B)
     )
     pair = (a, b)

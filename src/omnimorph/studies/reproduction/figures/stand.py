@@ -13,7 +13,7 @@ from omnimorph.report.style import (
     LIMIT,
     VEIL,
     VERMILLION,
-    Look,
+    LineStyle,
     legend_above,
     legend_entries,
     new_figure,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["stand"]
 
-_ALONE, _TOGETHER = Look(BLUE), Look(VERMILLION, (0, (5.0, 1.2)))
+_ALONE, _TOGETHER = LineStyle(BLUE), LineStyle(VERMILLION, (0, (5.0, 1.2)))
 _TURNING = 0.5  # s, when rotors that start from rest are at speed
 
 
@@ -84,12 +84,12 @@ def _draw_speeds(panel: Axes, experiment: Experiment) -> None:
     reading = experiment.tests[0].together
     others = np.delete(reading.speed, experiment.rotor, axis=1).max(axis=1)
     measured = reading.speed[:, experiment.rotor]
-    for values, look, label in (
+    for values, line_style, label in (
         (measured, _ALONE, "rotor on the sensor; its force alone"),
         (others, _TOGETHER, "the other rotors; its force while they spin"),
     ):
         t, v = thin(reading.time, from_SI(values, "Hz"), COLUMNS)
-        panel.plot(t, v, color=look.colour, linestyle=look.line, label=label)
+        panel.plot(t, v, color=line_style.colour, linestyle=line_style.line, label=label)
     panel.set_xlim(reading.time[0], reading.time[-1])
     panel.set_ylim(0.0, 1.08 * from_SI(float(max(measured.max(), others.max())), "Hz"))
     panel.set_ylabel("speed (Hz)")
@@ -99,10 +99,10 @@ def _draw_speeds(panel: Axes, experiment: Experiment) -> None:
 def _draw_test(panel: Axes, test: StandTest, reported: dict[str, float], columns: int) -> None:
     turning = test.together.time >= _TURNING
     time = test.together.time[turning]
-    for reading, look in ((test.alone, _ALONE), (test.together, _TOGETHER)):
+    for reading, line_style in ((test.alone, _ALONE), (test.together, _TOGETHER)):
         t, low, mean, high = band(time, reading.thrust[turning], columns)
-        panel.fill_between(t, low, high, color=look.colour, alpha=0.25, linewidth=0)
-        panel.plot(t, mean, color=look.colour, linestyle=look.line)
+        panel.fill_between(t, low, high, color=line_style.colour, alpha=0.25, linewidth=0)
+        panel.plot(t, mean, color=line_style.colour, linestyle=line_style.line)
     for label, force in reported.items():
         panel.axhline(force, **LIMIT | {"color": "#222222", "zorder": 4})
         at: dict[str, Any] = {"textcoords": "offset points", "va": "bottom", "bbox": VEIL}

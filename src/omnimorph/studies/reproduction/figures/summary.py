@@ -13,7 +13,7 @@ from omnimorph.report.style import (
     BLACK,
     COLUMNS,
     Flight,
-    Look,
+    LineStyle,
     legend_above,
     legend_entries,
     new_figure,
@@ -46,7 +46,7 @@ class EnergyRow:
         In the perfect plant.
     paper : float or None
         What the paper reports.
-    look : Look
+    line_style : LineStyle
         Of the flight.
     """
 
@@ -54,7 +54,7 @@ class EnergyRow:
     values: Sequence[float]
     perfect: float | None
     paper: float | None
-    look: Look
+    line_style: LineStyle
 
 
 @styled
@@ -85,7 +85,7 @@ def energies(rows: Sequence[EnergyRow]) -> Figure:
     panel = axes[0, 0]
     for i, row in enumerate(rows):
         low, high = min(row.values), max(row.values)
-        colour = row.look.colour
+        colour = row.line_style.colour
         panel.plot([low, high], [i, i], color=colour, linewidth=5.0, alpha=0.4, zorder=2)
         mean = [float(np.mean(row.values))]
         panel.plot(mean, [i], color=colour, zorder=4, **_OURS)
@@ -109,7 +109,13 @@ def tilt_by_plant(flights: Sequence[Flight]) -> Figure:
     panel = axes[0, 0]
     for flight in flights:
         t, v = thin(flight.run.time, np.degrees(flight.run.tilt_actual[:, 0]), COLUMNS)
-        panel.plot(t, v, color=flight.look.colour, linestyle=flight.look.line, label=flight.label)
+        panel.plot(
+            t,
+            v,
+            color=flight.line_style.colour,
+            linestyle=flight.line_style.line,
+            label=flight.label,
+        )
     panel.set_ylabel("tilt (°)")
     mark_time([panel], flights)
     legend_above(figure, *legend_entries([panel]))
@@ -121,5 +127,9 @@ def _kinds_of_marks() -> tuple[list[Any], list[str]]:
     from matplotlib.lines import Line2D
 
     marks = [Line2D([], [], color="#444444", **mark) for mark in (_OURS, _PERFECT, _PAPER)]
-    words = ["here, realistic plant: mean and range over seeds", "here, perfect plant", "the paper"]
-    return marks, words
+    labels = [
+        "here, realistic plant: mean and range over seeds",
+        "here, perfect plant",
+        "the paper",
+    ]
+    return marks, labels

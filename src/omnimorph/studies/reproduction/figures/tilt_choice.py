@@ -19,7 +19,7 @@ from omnimorph.report.style import (
     plain,
     styled,
 )
-from omnimorph.studies.reproduction.figures.line_styles import DASHED, LOOKS, ORDER
+from omnimorph.studies.reproduction.figures.line_styles import DASHED, LINE_STYLES, ORDER
 from omnimorph.studies.reproduction.tilt_choice import CASES, WINDOW, Gap, TiltChoice
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
@@ -59,10 +59,10 @@ def _flights(found: TiltChoice, name: str) -> list[Flight]:
     best = np.interp(run.time, found.lower_bound.time, found.lower_bound.tilt)
     bound = replace(run, tilt_actual=best[:, None])
     runs = [(one.label, one.runs[name]) for one in found.choices] + [("lower bound", bound)]
-    looks = [*ORDER[1 : len(runs)], ORDER[0]]
+    line_styles = [*ORDER[1 : len(runs)], ORDER[0]]
     return [
-        Flight(label, run, replace(look, width=max(_WIDEST - _NARROWER * k, 1.2)))
-        for k, ((label, run), look) in enumerate(zip(runs, looks, strict=True))
+        Flight(label, run, replace(line_style, width=max(_WIDEST - _NARROWER * k, 1.2)))
+        for k, ((label, run), line_style) in enumerate(zip(runs, line_styles, strict=True))
     ]
 
 
@@ -78,14 +78,14 @@ def cost_gaps(gaps: Sequence[Gap]) -> Figure:
         ordered = np.sort(one.gap)
         largest = float(ordered[-1])
         line = "-" if one.span == WINDOW else DASHED
-        look: dict[str, Any] = {"color": LOOKS[one.scenario].colour, "linestyle": line}
+        options: dict[str, Any] = {"color": LINE_STYLES[one.scenario].colour, "linestyle": line}
         label = f"{FLIGHT_LABELS[one.scenario]}: to {one.span}"
         if largest <= _SMALLEST:
-            panel.plot([], [], **look, label=f"{label}: none")
+            panel.plot([], [], **options, label=f"{label}: none")
             continue
         x = np.geomspace(_SMALLEST, largest, _POINTS)[:-1]  # none exceeds the largest
         share = 1.0 - np.searchsorted(ordered, x, side="right") / len(ordered)
-        panel.plot(100.0 * x, 100.0 * share, **look, label=label)
+        panel.plot(100.0 * x, 100.0 * share, **options, label=label)
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.set_xlim(left=100.0 * _SMALLEST)
@@ -117,8 +117,8 @@ def energy_by_choice(found: TiltChoice) -> Figure:
             ]
             _draw_energy(panel, values, i + aside, mark, least, name)
             shown += values
-    words = f"lower bound, {' and '.join(FLIGHT_LABELS[name] for name in CASES)}"
-    panel.axvline(least, color=BLACK, label=words, linestyle=INTERLEAVED[0], **_BOUND)
+    text = f"lower bound, {' and '.join(FLIGHT_LABELS[name] for name in CASES)}"
+    panel.axvline(least, color=BLACK, label=text, linestyle=INTERLEAVED[0], **_BOUND)
     panel.set_yticks(range(len(found.choices)), [choice.label for choice in found.choices])
     panel.set_ylim(len(found.choices) - 0.5, -0.5)
     _make_room(panel, shown)
@@ -141,10 +141,10 @@ def _draw_energy(
     if not len(values):
         return  # all of its flights were lost
     mean, ends = float(np.mean(values)), [min(values), max(values)]
-    colour, label = LOOKS[name].colour, f"{FLIGHT_LABELS[name]}: mean, range"
+    colour, label = LINE_STYLES[name].colour, f"{FLIGHT_LABELS[name]}: mean, range"
     panel.plot(ends, [level, level], color=colour, linewidth=4.0, alpha=0.4, zorder=2)
     dot: dict[str, Any] = {"linestyle": "none", "markersize": 5.0, "zorder": 4}
     panel.plot([mean], [level], mark, color=colour, label=label, **dot)
-    words = f"{100.0 * (mean / least - 1.0):+.1f} %".replace("-", "−")
+    text = f"{100.0 * (mean / least - 1.0):+.1f} %".replace("-", "−")
     at: dict[str, Any] = {"textcoords": "offset points", "va": "center", "color": colour}
-    panel.annotate(words, (ends[1], level), (7.0, 0.0), **at)
+    panel.annotate(text, (ends[1], level), (7.0, 0.0), **at)

@@ -21,7 +21,7 @@ from omnimorph.report.page import Picture
 from omnimorph.report.tables import Table
 from omnimorph.results.measures import MEASURES
 from omnimorph.simulation.thrust_stand import StandReading
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT, Ablation, Condition, Lag
 from omnimorph.studies.reproduction.degraded import Degraded, PaperLoss
@@ -75,7 +75,7 @@ _TYPICAL = {
 }
 
 
-def flown(outcome: str = "completed", **metrics: Any) -> Flown:
+def flown(outcome: str = "completed", **metrics: Any) -> FlightResult:
     """Make up a flight, all of whose metrics differ from those of any other."""
     drawn = {
         key: _TYPICAL.get(key, 5.0) * float(_DRAWN.uniform(0.7, 1.3))
@@ -83,24 +83,24 @@ def flown(outcome: str = "completed", **metrics: Any) -> Flown:
         if key != "unproven_steps"
     }
     values: dict[str, Any] = drawn | {"outcome": outcome} | metrics
-    return Flown(replace(_RUN.metrics, **values))
+    return FlightResult(replace(_RUN.metrics, **values))
 
 
-def some(**metrics: Any) -> list[Flown]:
+def some(**metrics: Any) -> list[FlightResult]:
     """Make up three flights that were completed and one that was lost."""
     return [*(flown(**metrics) for _ in range(3)), flown("lost", **metrics)]
 
 
-def values_of(flights: Sequence[Flown], metric: str) -> FloatArray:
+def values_of(flights: Sequence[FlightResult], metric: str) -> FloatArray:
     """Return a metric of the flights that were completed."""
     return np.array([getattr(one.metrics, metric) for one in flights if one.completed])
 
 
-def mean(flights: Sequence[Flown], metric: str) -> float:
+def mean(flights: Sequence[FlightResult], metric: str) -> float:
     return SHOWN.get(metric, 1.0) * float(values_of(flights, metric).mean())
 
 
-def kept(flights: list[Flown], criterion: str) -> int:
+def kept(flights: list[FlightResult], criterion: str) -> int:
     """Count flights by the words of the criterion: never farther off than 0.1 m and 10°."""
     done = [one.metrics for one in flights if one.completed and one.metrics is not None]
     near = [
@@ -111,15 +111,15 @@ def kept(flights: list[Flown], criterion: str) -> int:
 
 
 def bound_J() -> float:
-    bound = findings().tilt_choice.lower_bound
+    bound = made_up_results().tilt_choice.lower_bound
     return float(np.mean(bound.power)) * float(bound.time[-1] - bound.time[0])
 
 
-def above_the_bound(flights: list[Flown]) -> float:
+def above_the_bound(flights: list[FlightResult]) -> float:
     return mean(flights, "drag_energy_paper") / (bound_J() / TURN) - 1.0
 
 
-def shown(flights: list[Flown], metric: str, factor: float = 1.0) -> str:
+def shown(flights: list[FlightResult], metric: str, factor: float = 1.0) -> str:
     return spread_words(spread_of(flights, metric, factor))
 
 
@@ -143,12 +143,12 @@ def table(name: str, *found: Any) -> Table:
 
 
 @cache
-def page_of_findings() -> str:
+def made_up_page() -> str:
     """Return the page of what was made up, without figures and claims."""
     matrix = SimpleNamespace(rotors=(), misprints=(), entries=())
     design: Any = SimpleNamespace(analysis=SimpleNamespace(at=()), examples=(), matrix=matrix)
     return page_text(
-        replace(findings(), design=design),
+        replace(made_up_results(), design=design),
         defaultdict(list),
         defaultdict(lambda: Picture("", "")),
         plan=Plan.quickly(),
@@ -181,7 +181,7 @@ def per_cent(share: float) -> str:
 
 
 @cache
-def findings() -> Results:
+def made_up_results() -> Results:
     """Make up everything but the design, which is computed and not flown."""
     return Results(
         design=SimpleNamespace(),  # type: ignore[arg-type]

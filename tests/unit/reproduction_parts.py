@@ -41,7 +41,7 @@ from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.tilt_choice import Choice, Gap, LowerBound, TiltChoice
 from omnimorph.studies.reproduction.verdicts import Verdict
-from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_words
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_text
 
 NAMES = A, B, W3, FIXED_A, FIXED_B = tuple(FLIGHT_LABELS)
 TURN = 2.0 * math.pi
@@ -120,7 +120,7 @@ def above_the_bound(flights: list[FlightResult]) -> float:
 
 
 def shown(flights: list[FlightResult], metric: str, factor: float = 1.0) -> str:
-    return spread_words(spread_of(flights, metric, factor))
+    return spread_text(spread_of(flights, metric, factor))
 
 
 def assert_rows(table: Table, expected: list[list[str]], *head: str) -> None:

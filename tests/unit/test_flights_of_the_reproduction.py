@@ -14,7 +14,7 @@ from omnimorph.studies.reproduction.design import _counter_examples, _judge_cond
 from omnimorph.studies.reproduction.flights import PaperFlights, Variant
 from omnimorph.studies.reproduction.spread import Spread
 from omnimorph.studies.reproduction.verdicts import Verdict
-from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_words
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_text
 
 RUN = om.fly(om.load_scenario("hover"))
 NAMES = list(FLIGHT_LABELS)
@@ -74,7 +74,7 @@ def test_energies_stand_in_the_row_of_their_flight_and_in_their_unit() -> None:
 
 def test_a_spread_is_shown_in_the_unit_of_its_factor() -> None:
     spread = Spread(0.001234, 0.00119, 0.00128, 0.000021, 20, 20)
-    assert spread_words(spread, 1e3) == "1.23 ± 0.02 (1.19 … 1.28)"
+    assert spread_text(spread, 1e3) == "1.23 ± 0.02 (1.19 … 1.28)"
 
 
 def test_verdicts_on_the_design_follow_from_what_was_found() -> None:

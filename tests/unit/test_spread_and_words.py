@@ -12,8 +12,8 @@ import omnimorph as om
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.printed_matrix import as_text, factors_of
 from omnimorph.studies.reproduction.spread import Spread, share_interval, spread_of
-from omnimorph.studies.reproduction.verdicts import range_words
-from omnimorph.studies.reproduction.wording import difference_words, spread_words
+from omnimorph.studies.reproduction.verdicts import range_text
+from omnimorph.studies.reproduction.wording import difference_text, spread_text
 
 ONE = om.fly(om.load_scenario("hover")).metrics
 
@@ -37,7 +37,7 @@ def test_flights_that_were_lost_are_counted_and_not_averaged() -> None:
     assert math.isnan(found.half_width)
     nothing = spread_of(flown(lost=2), "tilt_mean_deg")
     assert math.isnan(nothing.mean)
-    assert spread_words(nothing) == "none of 2"
+    assert spread_text(nothing) == "none of 2"
 
 
 @pytest.mark.parametrize(("met", "of"), [(0, 10), (3, 10), (10, 10), (1, 2)])
@@ -56,15 +56,15 @@ def test_the_interval_of_a_share_is_wilsons(met: int, of: int) -> None:
     ],
 )  # fmt: skip
 def test_spreads_in_words(spread: Spread, text: str) -> None:
-    assert spread_words(spread) == text
+    assert spread_text(spread) == text
 
 
 def test_differences_in_words() -> None:
-    assert difference_words(0.0) == "none"
-    assert difference_words(None) == "—"
-    assert difference_words(-0.98) == "50 × smaller"
-    assert difference_words(0.056) == "+5.6 %"
-    assert range_words(math.nan, math.nan, math.nan) == "—"
+    assert difference_text(0.0) == "none"
+    assert difference_text(None) == "—"
+    assert difference_text(-0.98) == "50 × smaller"
+    assert difference_text(0.056) == "+5.6 %"
+    assert range_text(math.nan, math.nan, math.nan) == "—"
 
 
 def test_formulas_go_there_and_back() -> None:

@@ -30,7 +30,7 @@ from tests.unit.reproduction_parts import (
 from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.spread import spread_of
-from omnimorph.studies.reproduction.wording import mean_words
+from omnimorph.studies.reproduction.wording import mean_text
 
 FLIGHTS = made_up_results().flights
 
@@ -55,7 +55,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         for claim, k in zip(claims, factor, strict=True):
             flights = one.flown[claim.about["scenario"]]
             own = spread_of(flights, claim.about["metric"], SHOWN[claim.about["metric"]])
-            cells.append(mean_words(own, k))
+            cells.append(mean_text(own, k))
             near += abs(own.mean / (claim.value or 0.0) - 1.0) <= 0.1
         assert within in (None, near)
         rows.append([one.label, *cells, f"{near} of 6", standing])

@@ -82,4 +82,4 @@ def test_flights_of_which_none_was_completed_settle_nothing() -> None:
     rows = judge_flights(flights, [hypothesis])
     assert {row.verdict for row in rows} == {Verdict.ASSUMED}
     for row in rows:
-        assert "nan" not in f"{row.found} {row.why} {row.in_words}"
+        assert "nan" not in f"{row.found} {row.why} {row.sentence}"

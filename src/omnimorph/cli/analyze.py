@@ -136,10 +136,10 @@ def _as_text(analysis: VehicleAnalysis) -> str:
 
 def _class_lines(analysis: VehicleAnalysis) -> list[str]:
     """Return what the vehicle is over all its tilts; how it is judged below, if otherwise."""
-    from omnimorph.report.analysis_words import judged_words, over_all_tilts_words
+    from omnimorph.report.analysis_text import judged_text, over_all_tilts_text
 
-    over_all = f"Class: {over_all_tilts_words(analysis.platform)}."
-    return textwrap.wrap(judged_words(analysis.platform) or over_all, _WIDTH)
+    over_all = f"Class: {over_all_tilts_text(analysis.platform)}."
+    return textwrap.wrap(judged_text(analysis.platform) or over_all, _WIDTH)
 
 
 _WIDTH = 110

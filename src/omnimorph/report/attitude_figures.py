@@ -33,7 +33,7 @@ from omnimorph.report.polytope_drawing import (
     stage_for,
 )
 from omnimorph.report.style import GREY, PURPLE, VEIL, VERMILLION, WIDTH, new_figure, styled
-from omnimorph.report.tables import number, tilt_words
+from omnimorph.report.tables import number, tilt_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,7 +85,7 @@ def _power_row(figure: Figure, analysis: VehicleAnalysis, bottom: float) -> None
     power = hover_power(vehicle, asked.tilt, np.vstack([up, alone]))
     # a point of the grid may hit the one attitude of a flat set, which has no area
     power[: len(up)][np.isneginf(inside)] = np.inf
-    tilt = tilt_words(asked.tilt)
+    tilt = tilt_text(asked.tilt)
     panels = _discs(figure, bottom, f"hover power at a tilt of {tilt}" if tilt else "hover power")
     finite = power[np.isfinite(power)]
     if not len(finite):

@@ -201,7 +201,7 @@ def _judge_loss(key: str, losses: list[PaperLoss]) -> Judged:
         key,
         holds=holds,
         basis=Basis.FLOWN,
-        found="; ".join(_shares_in_words(one) for one in rows),
+        found="; ".join(_shares_text(one) for one in rows),
         why=why,
         command="omnimorph reproduce",
         explained=explained,
@@ -214,7 +214,7 @@ def _holds(one: PaperLoss, *, fails: bool) -> bool | None:
     return survival_holds(intervals, fails=fails)
 
 
-def _shares_in_words(one: PaperLoss) -> str:
+def _shares_text(one: PaperLoss) -> str:
     not_lost, kept = (one.share(criterion).met for criterion in (NOT_LOST, POSE_KEPT))
     limit = from_SI(one.speed_limit, "Hz")
     return f"at ±{limit:.0f} Hz {not_lost} of {len(one.flown)} are not lost, {kept} keep the pose"

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimorph.report.analysis_words import listed
+from omnimorph.report.analysis_text import listed
 from omnimorph.report.tables import number
 from omnimorph.results.measures import MEASURES
 from omnimorph.results.run import Run
@@ -57,7 +57,7 @@ def judge_flights(flights: PaperFlights, hypotheses: Sequence[Hypothesis]) -> li
         for claim in paper.claims().values()
         if "metric" in claim.about
     ]
-    return numbers + [_judge_words(flights, key, answer) for key, answer in _ANSWERS.items()]
+    return numbers + [_judge_statement(flights, key, answer) for key, answer in _ANSWERS.items()]
 
 
 # --- numbers --------------------------------------------------------------------------------------
@@ -120,7 +120,7 @@ def _explanation(
 # --- words ----------------------------------------------------------------------------------------
 
 
-def _judge_words(
+def _judge_statement(
     flights: PaperFlights, key: str, answer: Callable[[PaperFlights], _Answer]
 ) -> Judged:
     lost = [name for name in SCENARIOS if not len(flights.values(name, "duration_s"))]

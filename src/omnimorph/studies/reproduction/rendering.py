@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from omnimorph.report.analysis_words import condition_words, listed, rows_by_tilt
+from omnimorph.report.analysis_text import condition_text, listed, rows_by_tilt
 from omnimorph.report.figures import BANDS
 from omnimorph.report.page import templates_of
 from omnimorph.report.tables import Table, degrees
@@ -29,9 +29,9 @@ from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import NEAR
 from omnimorph.studies.reproduction.wording import (
     FLIGHT_LABELS,
-    difference_words,
-    mean_words,
-    spread_words,
+    difference_text,
+    mean_text,
+    spread_text,
     with_unit,
 )
 from omnimorph.units import from_SI
@@ -71,18 +71,18 @@ def templates() -> Environment:
     environment.filters |= {
         "as_table": as_table,
         "cell": lambda text: text.replace("|", "\\|"),
-        "condition": condition_words,
+        "condition": condition_text,
         "degrees": degrees,
-        "difference": difference_words,
+        "difference": difference_text,
         "hertz": lambda speed: f"{from_SI(speed, 'Hz'):.0f}",
         "listed": listed,
         "mean": _mean,
-        "mean_and_interval": mean_words,
+        "mean_and_interval": mean_text,
         "percentages": lambda ends: " to ".join(f"{100.0 * end:.1f}" for end in ends),
         "rows_by_tilt": rows_by_tilt,
         "sha256": lambda text: hashlib.sha256(text.encode()).hexdigest(),
         "signed": lambda share: f"{100.0 * share:+.1f}".replace("-", "−"),
-        "spread": lambda flown, metric, factor=1.0: spread_words(spread_of(flown, metric), factor),
+        "spread": lambda flown, metric, factor=1.0: spread_text(spread_of(flown, metric), factor),
         "with_unit": with_unit,
         "without_caption": lambda table: table.partition("\n\n")[2],
     }

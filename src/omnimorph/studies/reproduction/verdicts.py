@@ -30,7 +30,7 @@ __all__ = [
     "is_near",
     "judge",
     "order_holds",
-    "range_words",
+    "range_text",
     "survival_holds",
     "verdict_of",
 ]
@@ -198,21 +198,21 @@ class Judged:
         return self.here / self.claim.value - 1.0
 
     @property
-    def in_words(self) -> str:
+    def sentence(self) -> str:
         """The claim's number and ours, or what was found, in a sentence."""
         unit = self.claim.unit
         if self.claim.value is None:
             return f"Here: {self.found}."
-        theirs, ours = with_unit(number(self.claim.value, 5), unit), self.here_in_words
+        theirs, ours = with_unit(number(self.claim.value, 5), unit), self.here_text
         both = f"The paper: {theirs}. Here: {with_unit(ours, unit)}"
         return f"{both}; {self.found}." if self.found else f"{both}."
 
     @property
-    def here_in_words(self) -> str:
+    def here_text(self) -> str:
         """Our number with its range over the seeds; empty for a claim in words."""
         if self.here is None or self.low is None or self.high is None:
             return ""
-        return range_words(self.here, self.low, self.high)
+        return range_text(self.here, self.low, self.high)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as ``results.json`` has it."""
@@ -278,14 +278,14 @@ def _is_same(here: float, claimed: float) -> bool:
     return here == claimed
 
 
-def range_words(mean: float, low: float, high: float) -> str:
+def range_text(mean: float, low: float, high: float) -> str:
     """Return a mean with the smallest and largest in brackets, if these differ.
 
     Examples
     --------
-    >>> range_words(1736.5, 1708.8, 1764.3), range_words(4.0, 4.0, 4.0)
+    >>> range_text(1736.5, 1708.8, 1764.3), range_text(4.0, 4.0, 4.0)
     ('1736 (1709 … 1764)', '4')
-    >>> range_words(0.4686, 0.4635, 0.4736)
+    >>> range_text(0.4686, 0.4635, 0.4736)
     '0.47 (0.46 … 0.47)'
     """
     if low == high or not math.isfinite(mean):

@@ -8,7 +8,7 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_LABELS", "difference_words", "mean_words", "spread_words", "with_unit"]
+__all__ = ["FLIGHT_LABELS", "difference_text", "mean_text", "spread_text", "with_unit"]
 
 FLIGHT_LABELS = {
     A: "Case A",
@@ -20,16 +20,16 @@ FLIGHT_LABELS = {
 """What a reader calls each of the paper's flights."""
 
 
-def spread_words(spread: Spread, factor: float = 1.0) -> str:
+def spread_text(spread: Spread, factor: float = 1.0) -> str:
     """Return a mean with its 95 % interval, and the range in brackets.
 
     Examples
     --------
-    >>> spread_words(Spread(1.234, 1.19, 1.28, 0.021, 20, 20))
+    >>> spread_text(Spread(1.234, 1.19, 1.28, 0.021, 20, 20))
     '1.23 ± 0.02 (1.19 … 1.28)'
-    >>> spread_words(Spread(1.234, 1.19, 1.28, 0.021, 20, 18))
+    >>> spread_text(Spread(1.234, 1.19, 1.28, 0.021, 20, 18))
     '1.23 ± 0.02 (1.19 … 1.28), 18 of 20'
-    >>> spread_words(Spread(math.nan, math.nan, math.nan, math.nan, 2, 0))
+    >>> spread_text(Spread(math.nan, math.nan, math.nan, math.nan, 2, 0))
     'none of 2'
     """
     if spread.completed == 0:
@@ -47,14 +47,14 @@ def spread_words(spread: Spread, factor: float = 1.0) -> str:
     return text.replace("-", "−")
 
 
-def mean_words(spread: Spread, factor: float = 1.0) -> str:
+def mean_text(spread: Spread, factor: float = 1.0) -> str:
     """Return a mean with half of its 95 % interval, rounded up, to four digits at most.
 
     Examples
     --------
-    >>> mean_words(Spread(10.852, 10.80, 10.91, 0.0131, 20, 20))
+    >>> mean_text(Spread(10.852, 10.80, 10.91, 0.0131, 20, 20))
     '10.85 ± 0.02'
-    >>> mean_words(Spread(0.050394, 0.05, 0.051, 5.2e-6, 20, 20), 1e3)
+    >>> mean_text(Spread(0.050394, 0.05, 0.051, 5.2e-6, 20, 20), 1e3)
     '50.39 ± 0.01'
     """
     if spread.completed == 0:
@@ -81,12 +81,12 @@ def with_unit(number_words: str, unit: str) -> str:
     return f"{number_words}{unit}" if unit.startswith("°") else f"{number_words} {unit}".strip()
 
 
-def difference_words(share: float | None) -> str:
+def difference_text(share: float | None) -> str:
     """Return a difference in per cent, or as a factor where it is large; a dash if there is none.
 
     Examples
     --------
-    >>> difference_words(-0.042), difference_words(-0.982), difference_words(1.13)
+    >>> difference_text(-0.042), difference_text(-0.982), difference_text(1.13)
     ('−4.2 %', '56 × smaller', '2.1 × larger')
     """
     if share is None:

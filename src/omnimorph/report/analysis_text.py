@@ -12,15 +12,15 @@ from omnimorph.protocols import FloatArray
 from omnimorph.report.tables import degrees, number
 
 __all__ = [
-    "condition_words",
-    "count_words",
-    "intervals_words",
-    "judged_words",
+    "condition_text",
+    "count_text",
+    "intervals_text",
+    "judged_text",
     "listed",
-    "lost_words",
-    "over_all_tilts_words",
+    "lost_text",
+    "over_all_tilts_text",
     "rows_by_tilt",
-    "singular_words",
+    "singular_text",
 ]
 
 _WRENCH = (
@@ -44,17 +44,17 @@ def listed(parts: Sequence[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def count_words(count: int, what: str) -> str:
+def count_text(count: int, what: str) -> str:
     """Return a number with its noun: ``1 rotor``, ``8 rotors``, ``no servos``."""
     return f"{count or 'no'} {what}" + ("" if count == 1 else "s")
 
 
-def intervals_words(intervals: FloatArray) -> str:
+def intervals_text(intervals: FloatArray) -> str:
     """Return intervals of tilt, (K, 2), rad, as words.
 
     Examples
     --------
-    >>> intervals_words(np.radians([[38.18, 60.0], [70.0, 70.0]]))
+    >>> intervals_text(np.radians([[38.18, 60.0], [70.0, 70.0]]))
     'from 38.18° to 60° and at 70°'
     """
     parts = [
@@ -64,13 +64,13 @@ def intervals_words(intervals: FloatArray) -> str:
     return listed(parts)
 
 
-def over_all_tilts_words(found: Platform) -> str:
+def over_all_tilts_text(found: Platform) -> str:
     """Return the class and numbers of a vehicle over all its tilts, as `compare` shows them.
 
     Examples
     --------
     >>> import omnimorph as om
-    >>> over_all_tilts_words(om.analysis.platform("omnimorph"))
+    >>> over_all_tilts_text(om.analysis.platform("omnimorph"))
     'fully actuated, redundant; omnidirectional; radius 1.31, sideways force 0.905 of the weight'
     """
     return (
@@ -79,18 +79,18 @@ def over_all_tilts_words(found: Platform) -> str:
     )
 
 
-def judged_words(found: Platform) -> str:
+def judged_text(found: Platform) -> str:
     """Return, for a vehicle of several servos, that it is judged with all at one tilt; else ""."""
     if not found.has_free_tilts:
         return ""
     return (
         f"This analysis judges all {found.n_servos} servos at one common tilt, or at the tilts "
         "asked for. With a tilt of its own for each servo, as omnimorph compare judges it: "
-        f"{over_all_tilts_words(found)}."
+        f"{over_all_tilts_text(found)}."
     )
 
 
-def condition_words(rows: FloatArray) -> str:
+def condition_text(rows: FloatArray) -> str:
     """Return ``rows @ f ≠ 0`` as words: which sums of thrusts must not all be zero.
 
     Parameters
@@ -100,7 +100,7 @@ def condition_words(rows: FloatArray) -> str:
 
     Examples
     --------
-    >>> condition_words(np.array([[1.0, 0.0, -1.0], [0.0, 2.5, 0.0]]))
+    >>> condition_text(np.array([[1.0, 0.0, -1.0], [0.0, 2.5, 0.0]]))
     'f₀ − f₂ or 2.5 f₁ not zero'
     """
     if not len(rows):
@@ -123,14 +123,14 @@ def _sum_of_thrusts(row: Sequence[float]) -> str:
     return terms
 
 
-def lost_words(lost: FloatArray) -> str:
+def lost_text(lost: FloatArray) -> str:
     """Return the wrenches that no thrusts make, columns of a (6, q) array, as words.
 
     Along the axes of the body as far as they lie there, else their number.
 
     Examples
     --------
-    >>> lost_words(np.eye(6)[:, :2])
+    >>> lost_text(np.eye(6)[:, :2])
     'force along x and force along y'
     """
     along = np.flatnonzero(np.linalg.norm(lost, axis=1) > 1.0 - 1e-9)
@@ -142,7 +142,7 @@ def lost_words(lost: FloatArray) -> str:
     return listed(names)
 
 
-def singular_words(analysis: VehicleAnalysis) -> str:
+def singular_text(analysis: VehicleAnalysis) -> str:
     """Return where the rank of A falls: ``to 4 at 0° and 180°, to 5 at −90° and 90°``, or ""."""
     by_rank: dict[int, list[str]] = {}
     for one in sorted(analysis.singular, key=lambda one: (one.rank, one.tilt)):

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from omnimorph.version import __version__
+
 if TYPE_CHECKING:
     from omnimorph import analysis, identification, textbook
     from omnimorph.control.allocators import (
@@ -47,8 +49,6 @@ if TYPE_CHECKING:
     from omnimorph.simulation.speed_profile import SpeedProfile, speed_steps
     from omnimorph.simulation.thrust_stand import SixAxisSensor, ThrustStand
     from omnimorph.simulation.variation import Normal, Uniform
-
-__version__ = "0.1.0"
 
 _HOME = {
     "Command": "protocols",

@@ -265,8 +265,8 @@ def test_claims_are_printed_cell_by_cell() -> None:
     assert reproduce._row(claim) == [
         *("energy_a", "2081 J", "1764", "-15.2%", "far", "in 20 flights")
     ]
-    in_words = {**claim, "paper": None, "here": None, "difference": None}
-    assert reproduce._row(in_words) == ["energy_a", "", "", "", "far", "in 20 flights"]
+    sentence = {**claim, "paper": None, "here": None, "difference": None}
+    assert reproduce._row(sentence) == ["energy_a", "", "", "", "far", "in 20 flights"]
     assert reproduce._row({**claim, "explained": True})[-1] == "another plant"
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-SOURCE = Path(__file__).parents[2] / "src"
-FILES = sorted(SOURCE.rglob("*.py"))
+ROOT = Path(__file__).parents[2]
+FILES = sorted(path for room in ("src", "benchmarks") for path in (ROOT / room).rglob("*.py"))
 
 Documented = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
@@ -33,10 +33,10 @@ def public_definitions(body: list[ast.stmt], prefix: str = "") -> Iterator[tuple
 
 
 def test_there_is_something_to_check() -> None:
-    assert SOURCE / "omnimorph" / "__init__.py" in FILES
+    assert ROOT / "src" / "omnimorph" / "__init__.py" in FILES
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(SOURCE)))
+@pytest.mark.parametrize("path", FILES, ids=lambda path: str(path.relative_to(ROOT)))
 def test_public_definitions_have_docstrings(path: Path) -> None:
     tree = ast.parse(path.read_text(encoding="utf-8"))
     missing = [

@@ -10,8 +10,13 @@ from pathlib import Path
 
 import pytest
 
+import omnimorph as om
+from omnimorph.version import __version__
+
 ROOT = Path(__file__).parents[2]
-PYTHON = sorted(path for room in ("src", "tests") for path in (ROOT / room).rglob("*.py"))
+PYTHON = sorted(
+    path for room in ("src", "tests", "benchmarks") for path in (ROOT / room).rglob("*.py")
+)
 CPLUSPLUS = sorted(path for kind in ("*.hpp", "*.cpp") for path in (ROOT / "core").rglob(kind))
 HEADERS = [path for path in CPLUSPLUS if ROOT / "core" / "include" in path.parents]
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
@@ -194,12 +199,12 @@ def test_version_is_the_same_everywhere() -> None:
     assert newest is not None
     assert newest.group(1) == version
     assert f"\nversion: {version}\n" in citation
-    assert metadata.version("omnimorph") == version
+    assert om.__version__ == __version__ == metadata.version("omnimorph") == version
 
 
 def test_no_file_names_the_home_of_a_machine() -> None:
     text_files = [path for path in ROOT.iterdir() if path.is_file() and path.name != ".git"]
-    for room in ("src", "core", "tests", "docs", "examples", ".ci"):
+    for room in ("src", "core", "tests", "docs", "examples", "benchmarks", ".ci"):
         text_files += [path for path in (ROOT / room).rglob("*") if path.is_file()]
     kinds = {"", ".py", ".md", ".toml", ".hpp", ".cpp", ".txt", ".lock", ".in", ".cff", ".pyi"}
     home = re.compile(r"(?<![\w.])/(home|root|Users)/")
@@ -219,7 +224,7 @@ def test_no_file_of_another_program_lies_in_the_tree() -> None:
     ignored = {".so", ".pyc"}
     strange = [
         shown(path)
-        for room in ("src", "core", "tests", "docs", "examples")
+        for room in ("src", "core", "tests", "docs", "examples", "benchmarks")
         for path in (ROOT / room).rglob("*")
         if path.is_file() and path.suffix not in kinds | ignored and path.name not in known
     ]

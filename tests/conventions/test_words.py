@@ -10,7 +10,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PLACES = ("src", "core", "docs", "examples", "README.md", "CONTRIBUTING.md", "CHANGELOG.md")
+PLACES = (
+    "src",
+    "core",
+    "docs",
+    "examples",
+    "benchmarks",
+    "README.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+)
 KINDS = (".py", ".hpp", ".cpp", ".j2", ".toml", ".md")
 # What may not be read anywhere, and what is said instead.
 BANNED = {

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.unit.reproduction_parts import table_text
 
-from omnimorph.studies.flight_log import FlightLog, Flown
+from omnimorph.studies.flight_log import FlightLog, FlightResult
 from omnimorph.studies.many_flights import Job, fly_jobs
 from omnimorph.studies.reproduction import Plan, paper
 from omnimorph.studies.reproduction.degraded import Degraded, fly_paper_losses
@@ -20,9 +21,6 @@ from omnimorph.studies.reproduction.hypotheses import (
     Hypothesis,
     fly_hypotheses,
 )
-from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
-from omnimorph.studies.reproduction.markdown import titled
-from omnimorph.studies.reproduction.page_tables import losses_table
 from omnimorph.studies.reproduction.verdicts import Verdict
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -79,7 +77,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Iterator[FlightLog]:
 
 @pytest.fixture(scope="module")
 def hypotheses(log: FlightLog) -> dict[str, Hypothesis]:
-    def fly(jobs: list[Job], words: str) -> list[Flown]:
+    def fly(jobs: list[Job], words: str) -> list[FlightResult]:
         return fly_jobs(jobs, log)
 
     return {one.label: one for one in fly_hypotheses(Plan.whole(), fly)}  # type: ignore[arg-type]
@@ -132,8 +130,8 @@ def test_the_position_gain_scales_the_position_errors(hypotheses: dict[str, Hypo
 def test_results_md_is_what_comes_out(hypotheses: dict[str, Hypothesis], log: FlightLog) -> None:
     """To the last digit printed: what the documents quote is flown again here."""
     found = list(hypotheses.values())
-    assert titled(hypothesis_table(found)) in RESULTS
-    assert titled(objection_table(found)) in RESULTS
+    assert table_text("hypotheses", found) in RESULTS
+    assert table_text("objections", found) in RESULTS
     losses = fly_paper_losses(Plan.whole(), lambda jobs, words: fly_jobs(jobs, log))
     degraded = Degraded(losses=losses, frontiers=[], dead={}, judged=[])
-    assert titled(losses_table(degraded)) in RESULTS
+    assert table_text("losses", degraded) in RESULTS

@@ -3,19 +3,32 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
 from omnimorph.protocols import FloatArray
-from omnimorph.report.ablation_figure import AblationPanel, AblationRow
-from omnimorph.report.frontier_figure import FrontierPanel, PhysicalLimit, Survival
-from omnimorph.report.stand_figure import Level, StandSpeeds, StandTest
-from omnimorph.report.style import BLUE, VERMILLION, Look
-from omnimorph.report.tilt_choice_figure import ChoiceEnergy, CostGap
+from omnimorph.report.style import BLUE, VERMILLION, LineStyle
+from omnimorph.results.run import Run
+from omnimorph.simulation.thrust_stand import StandReading
+from omnimorph.studies.flight_log import FlightResult
+from omnimorph.studies.reproduction.degraded import Degraded
+from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow
+from omnimorph.studies.reproduction.frontier import Frontier
+from omnimorph.studies.reproduction.interference import Experiment, StandTest
+from omnimorph.studies.reproduction.lost_thrust import CASES, KINDS, NOT_LOST, POSE_KEPT, Share
+from omnimorph.studies.reproduction.tilt_choice import (
+    RANGE,
+    WINDOW,
+    Choice,
+    Gap,
+    LowerBound,
+    TiltChoice,
+)
 from omnimorph.units import to_SI
 
 DASHED = (0, (4.0, 1.4))
-LOOKS = {"Case A": Look(VERMILLION), "Case B": Look(BLUE, DASHED, "s")}
+LINE_STYLES = {"Case A": LineStyle(VERMILLION), "Case B": LineStyle(BLUE, DASHED, "s")}
 
 # --- ablation -------------------------------------------------------------------------------------
 
@@ -78,92 +91,110 @@ def build_ablation() -> list[AblationRow]:
 # --- stand ----------------------------------------------------------------------------------------
 
 
-def build_stand() -> tuple[StandSpeeds, list[StandTest]]:
+def build_stand() -> Experiment:
     """Build half a minute at 1 kHz: seven rotors in steps of 20 Hz around one at 120 Hz."""
     random = np.random.default_rng(2)
     time = 1e-3 * np.arange(35_000, dtype=np.float64)
     share: FloatArray = np.minimum(np.floor(time / 5.0), 6.0) / 6.0
-    speeds = StandSpeeds(time, np.full(35_000, to_SI(120.0, "Hz")), to_SI(120.0 * share, "Hz"))
+    speed = to_SI(120.0, "Hz") * np.column_stack([np.ones_like(time), *7 * [share]])
+
+    def reading(thrust: FloatArray) -> StandReading:
+        force = np.outer(thrust, [0.0, 0.0, 1.0])
+        none = np.zeros_like(force)
+        return StandReading(
+            time=time,
+            speed=speed,
+            axis=np.array([0.0, 0.0, 1.0]),
+            force=force,
+            torque=none,
+            true_force=force,
+            true_torque=none,
+        )
+
     tests = []
-    for tilt, left, words in ((0.0, 1.8, "1.8 N, −33 %"), (math.radians(50.0), 2.5, "−7 %")):
+    for tilt, left in ((0.0, 1.8), (math.radians(50.0), 2.5)):
         loss = (2.7 - left) * share**2
         alone = 2.68 + 0.03 * random.normal(size=35_000)
         noise = (0.03 + 0.06 * share) * random.normal(size=35_000)
-        levels = [Level(2.7, "2.7 N"), Level(left, words)]
-        tests.append(StandTest(tilt, time, alone, 2.68 - loss + noise, levels))
-    return speeds, tests
+        tests.append(
+            StandTest(tilt=tilt, alone=reading(alone), together=reading(2.68 - loss + noise))
+        )
+    return Experiment(rotor=0, tests=tests, judged=[])
 
 
 # --- frontier -------------------------------------------------------------------------------------
 
 
-def wilson(share: FloatArray, flights: int) -> tuple[FloatArray, FloatArray]:
-    """Return the ends of the 95 % interval of a share that so many flights gave."""
-    z = 1.96
-    middle = (share + z * z / (2 * flights)) / (1 + z * z / flights)
-    half = z * np.sqrt(share * (1 - share) / flights + (z / (2 * flights)) ** 2)
-    half /= 1 + z * z / flights
-    return middle - half, middle + half
-
-
-def _survival(label: str, look: Look, over: FloatArray, share: FloatArray) -> Survival:
-    return Survival(label, look, over, share, *wilson(share, 20))
-
-
-def build_frontier() -> tuple[list[FrontierPanel], list[Survival]]:
+def build_frontier() -> Degraded:
     """Build two kinds of loss, two cases at two rotor limits, and single dead rotors."""
     loss = np.linspace(0.0, 0.6, 13)
-    panels = []
-    for title, scale in (("all rotors", 1.0), ("lower rotors", 1.35)):
-        curves = [
-            _survival(
-                f"{case}, rotors to {limit} Hz",
-                Look(look.colour, line, look.mark),
-                loss,
-                np.round(20 / (1 + np.exp(60 * (loss - scale * fails - shift)))) / 20,
-            )
-            for limit, line, shift in ((170, "-", 0.0), (220, DASHED, 0.12))
-            for (case, look), fails in zip(LOOKS.items(), (0.36, 0.31), strict=True)
-        ]
-        limits = [
-            PhysicalLimit(0.39 * scale, "170 Hz: physical limit"),
-            PhysicalLimit(0.53, "220 Hz"),
-        ]
-        panels.append(FrontierPanel(title, curves, limits))
-    shares = np.array([0, 1, 0.4, 1, 1, 0.8, 0, 1]), np.array([0, 0.9, 0.1, 0, 0.6, 0, 0, 1])
-    dead = [
-        _survival(f"{case}, rotors to 170 Hz", look, np.arange(8.0), share)
-        for (case, look), share in zip(LOOKS.items(), shares, strict=True)
-    ]
-    return panels, dead
+    frontiers = []
+    for kind, scale in zip(KINDS, (1.0, 1.35), strict=True):
+        for criterion in (NOT_LOST, POSE_KEPT):
+            for limit, shift, physical in ((170, 0.0, 0.39 * scale), (220, 0.12, 0.53)):
+                for name, fails in zip(CASES, (0.36, 0.31), strict=True):
+                    met = np.round(20 / (1 + np.exp(60 * (loss - scale * fails - shift))))
+                    frontiers.append(
+                        Frontier(
+                            scenario=name,
+                            kind=kind,
+                            criterion=criterion,
+                            speed_limit=to_SI(float(limit), "Hz"),
+                            survived={
+                                at: Share(int(k), 20)
+                                for at, k in zip(loss.tolist(), met, strict=True)
+                            },
+                            bracket=(0.3, 0.4),
+                            physical_limit=physical,
+                        )
+                    )
+    dead = {
+        (name, criterion): [Share(k, 20) for k in met]
+        for name, criterion, met in (
+            (CASES[0], NOT_LOST, (0, 20, 8, 20, 20, 16, 0, 20)),
+            (CASES[1], POSE_KEPT, (0, 18, 2, 0, 12, 0, 0, 20)),
+        )
+    }
+    return Degraded(losses=[], frontiers=frontiers, dead=dead, judged=[])
 
 
 # --- choice of the tilt ---------------------------------------------------------------------------
 
 
-def build_gaps() -> list[CostGap]:
-    """Build gaps of 11 000 control steps to the best of the window and of the range."""
+WAYS = ("three candidates", "exhaustive in the window", "exhaustive over the range")
+
+
+def build_gaps() -> list[Gap]:
+    """Build gaps of 11 000 control steps to the best of the window and of all; one is none."""
     random = np.random.default_rng(3)
     gaps = []
-    for case, look in LOOKS.items():
+    for name in CASES:
         window = np.maximum(np.exp(random.normal(-9.0, 2.0, size=11_000)) - 3e-4, 0.0)
         whole = np.maximum(np.exp(random.normal(-5.0, 2.5, size=11_000)) - 3e-3, 0.0)
-        gaps.append(CostGap(f"{case}, beside the best of the window", look, window))
-        dotted = Look(look.colour, (0, (1.2, 1.2 if case == "Case A" else 3.0)))
-        gaps.append(CostGap(f"{case}, beside the best of all", dotted, whole))
-    return [*gaps, CostGap("exhaustive search", Look("#000000"), np.zeros(100))]
+        gaps += [Gap(scenario=name, span=WINDOW, gap=window)]
+        gaps += [Gap(scenario=name, span=RANGE, gap=whole)]
+    return [*gaps, Gap(scenario=CASES[0], span="itself", gap=np.zeros(100))]
 
 
-WAYS = ("three candidates", "exhaustive in the window", "exhaustive over the range", "least power")
-
-
-def build_energies() -> tuple[list[ChoiceEnergy], dict[str, float]]:
-    """Build what four ways of choosing spend, the last one the least."""
+def build_choices(run: Run) -> TiltChoice:
+    """Build what three ways of choosing spend, in flights that look alike."""
     random = np.random.default_rng(4)
     spread = 1.0 + 0.005 * random.normal(size=5)
-    factors = (1.75, 1.74, 1.7, 1.02), (1.12, 1.11, 1.04, 1.02)
-    rows = [
-        ChoiceEnergy(way, {"Case A": 1100.0 * a * spread, "Case B": 1100.0 * b * spread})  # type: ignore[dict-item]
-        for way, a, b in zip(WAYS, *factors, strict=True)
+    factors = (1.75, 1.74, 1.7), (1.12, 1.11, 1.04)
+    choices = [
+        Choice(
+            label=way,
+            runs=dict.fromkeys(CASES, run),
+            flown={
+                name: [
+                    FlightResult(replace(run.metrics, drag_energy_paper=1100.0 * factor * share))
+                    for share in spread.tolist()
+                ]
+                for name, factor in zip(CASES, both, strict=True)
+            },
+        )
+        for way, *both in zip(WAYS, *factors, strict=True)
     ]
-    return rows, {"Case A": 1100.0, "Case B": 1090.0}
+    power = np.full(2, 2.0 * math.pi * 1100.0)
+    bound = LowerBound(time=np.array([0.0, 1.0]), tilt=np.zeros(2), power=power)
+    return TiltChoice(choices=choices, gaps=build_gaps(), lower_bound=bound)

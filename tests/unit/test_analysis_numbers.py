@@ -21,7 +21,7 @@ from omnimorph.report import analysis_figures, attitude_figures
 from omnimorph.report.analysis_data import analysis_data
 from omnimorph.report.analysis_page import _condition_table, _drawings, _tilt_table
 from omnimorph.report.analysis_summary import description, key_points
-from omnimorph.report.analysis_words import condition_words, rows_by_tilt
+from omnimorph.report.analysis_text import condition_text, rows_by_tilt
 from omnimorph.report.tables import degrees, number
 from omnimorph.studies.reproduction import design
 from omnimorph.units import from_SI, unit_of
@@ -388,7 +388,7 @@ def test_conditions_stand_beside_their_tilt_and_rank(analysis: VehicleAnalysis) 
         [
             degrees(one.tilt[0]),
             str(one.actuation.rank_thrust),
-            condition_words(one.actuation.conditions[0]),
+            condition_text(one.actuation.conditions[0]),
         ]
         for one in lacking
     ]

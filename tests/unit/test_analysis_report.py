@@ -23,14 +23,14 @@ from omnimorph.analysis.overview import VehicleAnalysis
 from omnimorph.report.analysis_data import analysis_data
 from omnimorph.report.analysis_page import _tilt_table, write_analysis_page
 from omnimorph.report.analysis_summary import ignored, key_points
-from omnimorph.report.analysis_words import (
-    condition_words,
-    intervals_words,
-    lost_words,
+from omnimorph.report.analysis_text import (
+    condition_text,
+    intervals_text,
+    lost_text,
     rows_by_tilt,
-    singular_words,
+    singular_text,
 )
-from omnimorph.report.tables import degrees, number, tilt_words
+from omnimorph.report.tables import degrees, number, tilt_text
 
 
 @pytest.fixture(scope="module")
@@ -49,19 +49,19 @@ def visible_text(page: Path) -> str:
 
 
 def test_conditions_read_as_formulas() -> None:
-    assert condition_words(np.array([[1.0, 0, -1, 0], [0, 1.0, 0, -0.5]])) == (
+    assert condition_text(np.array([[1.0, 0, -1, 0], [0, 1.0, 0, -0.5]])) == (
         "f₀ − f₂ or f₁ − 0.5 f₃ not zero"
     )
-    assert condition_words(np.eye(12)[11:]) == "f₁₁ not zero"
-    assert condition_words(-np.eye(2)[:1]) == "−f₀ not zero"
-    assert condition_words(np.empty((0, 4))) == "never"
+    assert condition_text(np.eye(12)[11:]) == "f₁₁ not zero"
+    assert condition_text(-np.eye(2)[:1]) == "−f₀ not zero"
+    assert condition_text(np.empty((0, 4))) == "never"
 
 
 def test_lost_wrenches_are_named() -> None:
-    assert lost_words(np.eye(6)[:, [0, 5]]) == "force along x and torque about z"
+    assert lost_text(np.eye(6)[:, [0, 5]]) == "force along x and torque about z"
     oblique = np.array([[0.6, 0, 0, 0, 0.8, 0]]).T
-    assert lost_words(oblique) == "a combination of forces and torques"
-    assert lost_words(np.hstack([oblique, np.eye(6)[:, 2:3]])) == (
+    assert lost_text(oblique) == "a combination of forces and torques"
+    assert lost_text(np.hstack([oblique, np.eye(6)[:, 2:3]])) == (
         "force along z and a combination of forces and torques"
     )
 
@@ -72,10 +72,10 @@ def test_angles_and_intervals_read_well() -> None:
         "0°",
         "−38.18°",
     ]
-    assert tilt_words(np.zeros(0)) == ""
-    assert tilt_words(np.radians([30.0] * 4)) == "30°"
-    assert tilt_words(np.radians([30.0, 12.5])) == "(30°, 12.50°)"
-    assert intervals_words(np.radians([[1.0, 2.0], [3.0, 3.0]])) == "from 1° to 2° and at 3°"
+    assert tilt_text(np.zeros(0)) == ""
+    assert tilt_text(np.radians([30.0] * 4)) == "30°"
+    assert tilt_text(np.radians([30.0, 12.5])) == "(30°, 12.50°)"
+    assert intervals_text(np.radians([[1.0, 2.0], [3.0, 3.0]])) == "from 1° to 2° and at 3°"
 
 
 def test_rows_are_told_once_with_all_reasons(analysis: VehicleAnalysis) -> None:
@@ -85,7 +85,7 @@ def test_rows_are_told_once_with_all_reasons(analysis: VehicleAnalysis) -> None:
     assert {reason for one in analysis.at for reason in one.why.split(", ")} == {
         reason for _, why in rows for reason in why.split(", ")
     }
-    assert singular_words(analysis) == "to 4 at 0° and 180°, to 5 at −90° and 90°"
+    assert singular_text(analysis) == "to 4 at 0° and 180°, to 5 at −90° and 90°"
 
 
 def test_key_points_of_omnimorph(analysis: VehicleAnalysis) -> None:
@@ -151,7 +151,7 @@ def test_the_optimum_named_is_the_one_at_zero_moment(analysis: VehicleAnalysis) 
     (point,) = [one for one in key_points(replace(analysis, at=tuple(at))) if "mnidi" in one.head]
     radius = by_zero.force_zero.inscribed_radius
     text = point.text.replace("\N{NO-BREAK SPACE}", " ")
-    assert f"largest at {tilt_words(by_zero.tilt)}: {number(radius)} N" in text
+    assert f"largest at {tilt_text(by_zero.tilt)}: {number(radius)} N" in text
     assert f"({number(100.0 * radius / analysis.weight, 3)} % of the weight)" in text
 
 
@@ -172,7 +172,7 @@ def test_moments_and_lifts_named_are_those_of_the_analysis(analysis: VehicleAnal
 def test_cells_of_the_table_are_the_data(analysis: VehicleAnalysis) -> None:
     table = _tilt_table(analysis)
     told = {
-        tilt_words(np.radians(one["tilt_deg"])): one for one in analysis_data(analysis)["at_tilt"]
+        tilt_text(np.radians(one["tilt_deg"])): one for one in analysis_data(analysis)["at_tilt"]
     }
     assert set(table.head[1:]) == set(told)
     rows = {row[0]: row[1:] for row in table.rows}

@@ -4,28 +4,35 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
+from collections.abc import Callable
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import daqp
 import numpy as np
 import pytest
+from benchmarks.peers import measure_peers
+from benchmarks.peers import quadrotor as q
+from benchmarks.peers.limits import what_peers_cannot_run
+from benchmarks.peers.missing import NotInstalled, imported, quiet
+from benchmarks.peers.recorded_problems import Problem, recorded_problems
+from benchmarks.peers.solvers import SOLVERS, exact_answers, solve_all
+from benchmarks.peers.suite import away
 
 import omnimorph as om
 from omnimorph.bench.batches import worn_plant
-from omnimorph.bench.peers import measure_peers
-from omnimorph.bench.peers import quadrotor as q
-from omnimorph.bench.peers.limits import what_peers_cannot_run
-from omnimorph.bench.peers.missing import NotInstalled, imported, quiet
-from omnimorph.bench.peers.recorded_problems import Problem, recorded_problems
-from omnimorph.bench.peers.solvers import SOLVERS, exact_answers, solve_all
-from omnimorph.bench.peers.suite import away
+from omnimorph.bench.checkout import find_checkout
 from omnimorph.control.box_qp import solve_box_qp
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import EFFECTS
 
+ROOT = Path(__file__).parents[2]
+IMPORT = "from omnimorph.bench.checkout import import_peers as f; print(f().__file__)"
 PEERS = ("osqp", "proxsuite", "casadi", "mujoco", "crazyflow", "rotorpy")
 
 
@@ -134,6 +141,78 @@ def test_our_open_loop_ends_where_the_rigid_body_does() -> None:
 def test_our_closed_loop_comes_back() -> None:
     one = q.ours(q.Loop(1, closed=True))
     assert np.linalg.norm(one.position) < 0.5 * np.linalg.norm([0.2, 0.0, 0.1])
+
+
+# --- where the peers are ------------------------------------------------------------------------
+
+
+@pytest.fixture
+def elsewhere(tmp_path: Path) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run Python with a package that does not lie in the checkout, as an installed one."""
+    (tmp_path / "site").mkdir()
+    (tmp_path / "site" / "omnimorph").symlink_to(Path(om.__file__).parent)
+    environment = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
+
+    def run(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, *words]
+        settings: dict[str, Any] = {"cwd": folder, "env": environment, "timeout": 60.0}
+        return subprocess.run(command, capture_output=True, text=True, check=False, **settings)
+
+    return run
+
+
+def write_project(folder: Path, project: str) -> Path:
+    """Write a project with peers that leave a mark where they are imported."""
+    (folder / "benchmarks" / "peers").mkdir(parents=True)
+    (folder / "pyproject.toml").write_text(project)
+    (folder / "benchmarks" / "__init__.py").touch()
+    peers = folder / "benchmarks" / "peers" / "__init__.py"
+    peers.write_text(f"open({str(folder / 'imported')!r}, 'w')\n")
+    return folder
+
+
+def test_outside_a_checkout_one_sentence_says_where_the_peers_are(
+    tmp_path: Path, elsewhere: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    folder = write_project(tmp_path / "project", "[project]\nname = 'another'\nversion = '0.1.0'\n")
+    done = elsewhere(folder, "-m", "omnimorph", "bench", "--peers")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("omnimorph: bench --peers: the peers are in benchmarks/peers")
+    assert done.stderr.count("\n") == 1
+    assert not (folder / "imported").exists()
+
+
+def test_an_installed_package_finds_the_checkout_someone_stands_in(
+    elsewhere: Callable[..., subprocess.CompletedProcess[str]],
+) -> None:
+    done = elsewhere(ROOT / "docs", "-c", IMPORT)
+    assert done.stdout.strip() == str(ROOT / "benchmarks" / "peers" / "__init__.py"), done.stderr
+
+
+def test_a_package_that_lies_in_a_checkout_finds_its_peers_from_anywhere(
+    tmp_path: Path, elsewhere: Callable[..., subprocess.CompletedProcess[str]]
+) -> None:
+    write_project(tmp_path, f"[project]\nname = 'omnimorph'\nversion = '{om.__version__}'\n")
+    done = elsewhere(Path("/"), "-c", IMPORT)
+    assert done.stdout.strip() == str(tmp_path / "benchmarks" / "peers" / "__init__.py")
+
+
+@pytest.mark.parametrize(
+    ("project", "found"),
+    [
+        (f"[project]\nname = 'omnimorph'\nversion = '{om.__version__}'", True),
+        (f"[project]\nname = 'another'\nversion = '{om.__version__}'", False),
+        ("[project]\nname = 'omnimorph'\nversion = '0.0.1'", False),
+        ("project = 3", False),
+        ("[project", False),
+        ("", False),
+    ],
+)
+def test_only_a_project_of_this_name_and_version_is_the_checkout(
+    tmp_path: Path, project: str, found: bool
+) -> None:
+    write_project(tmp_path, project)
+    assert find_checkout([tmp_path / "not-there", tmp_path]) == (tmp_path if found else None)
 
 
 # --- what is not there --------------------------------------------------------------------------

@@ -20,10 +20,11 @@ from tests.unit.drawn import (
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
-from omnimorph.report import figures, style, summary_figures
-from omnimorph.report.style import Flight, Look
+from omnimorph.report import figures, style
+from omnimorph.report.style import Flight, LineStyle
 from omnimorph.results import curves
 from omnimorph.results.curves import attitude_error
+from omnimorph.studies.reproduction.figures import summary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -32,8 +33,8 @@ OMNIMORPH = om.load_vehicle("omnimorph")
 TURN = 2.0 * np.pi
 # In flights of so few rows nothing is thinned, and random numbers differ from column to column.
 FLIGHTS = [
-    Flight("first", build_random_run(seed=3), Look(style.BLUE)),
-    Flight("second", build_random_run(seed=4), Look(style.VERMILLION, "--")),
+    Flight("first", build_random_run(seed=3), LineStyle(style.BLUE)),
+    Flight("second", build_random_run(seed=4), LineStyle(style.VERMILLION, "--")),
 ]
 TIME = FLIGHTS[0].run.time
 
@@ -62,7 +63,7 @@ def test_positions_and_rotation() -> None:
 
 
 def test_errors() -> None:
-    elsewhere = [("elsewhere", 11.0, 0.06, Look(style.BLACK))]
+    elsewhere = [("elsewhere", 11.0, 0.06, LineStyle(style.BLACK))]
     position, angle, sine = panels_of(figures.errors(FLIGHTS, elsewhere))
     runs = [flight.run for flight in FLIGHTS]
     distance = [1e3 * np.linalg.norm(run.p_WB - run.desired_p_WB, axis=1) for run in runs]
@@ -80,7 +81,7 @@ def test_errors() -> None:
 
 
 def test_a_band_reaches_from_the_smallest_to_the_largest_value() -> None:
-    long = Flight("long", build_random_run(rows=2000), Look(style.BLUE))
+    long = Flight("long", build_random_run(rows=2000), LineStyle(style.BLUE))
     position = panels_of(figures.errors([long]))[0]
     value = curves.position_error_mm(long.run)
     (band,) = position.collections
@@ -131,28 +132,28 @@ def test_power_and_energy_in_both_counts() -> None:
 
 
 def test_overview_and_tilt_by_plant() -> None:
-    tilt, power = panels_of(summary_figures.overview(FLIGHTS, [0.0]))[-2:]
+    tilt, power = panels_of(summary.overview(FLIGHTS, [0.0]))[-2:]
     assert_tilts(tilt)
     assert_powers(power)
-    (panel,) = panels_of(summary_figures.tilt_by_plant(FLIGHTS))
+    (panel,) = panels_of(summary.tilt_by_plant(FLIGHTS))
     assert_curves(panel, over_time([np.degrees(f.run.tilt_actual[:, 0]) for f in FLIGHTS]))
 
 
 def test_no_curve_leaves_its_axes() -> None:
     run = om.fly(om.load_scenario("tour").for_vehicle(OMNIMORPH))
-    flown = [Flight("tour", run, Look(style.BLUE))]
-    row = summary_figures.EnergyRow("tour", [1.0, 6.0], 0.5, 8.0, flown[0].look)
+    flown = [Flight("tour", run, LineStyle(style.BLUE))]
+    row = summary.EnergyRow("tour", [1.0, 6.0], 0.5, 8.0, flown[0].line_style)
     for figure in (
         figures.trajectory(flown),
         figures.tilt(flown),
         figures.rotor_speeds(flown),
         figures.power_and_energy(flown),
-        summary_figures.overview(flown, [0.0]),
-        summary_figures.tilt_by_plant(flown),
+        summary.overview(flown, [0.0]),
+        summary.tilt_by_plant(flown),
     ):
         assert_in_sight(figure)
         assert_legend(figure)
-    assert_in_sight(summary_figures.energies([row]))
+    assert_in_sight(summary.energies([row]))
     assert_in_sight(figures.errors(flown), floor=True)
     levels = [levels_of(panel) for panel in panels_of(figures.rotor_speeds(flown))]
     for panel, (low, high) in zip(panels_of(figures.rotor_speeds(flown)), levels, strict=True):
@@ -163,8 +164,8 @@ def test_desired_and_flown_do_not_look_alike() -> None:
     panel = panels_of(figures.trajectory(FLIGHTS))[0]
     desired, *flown = panel.lines
     assert desired.get_color() == style.SILVER
-    looks = [(line.get_color(), line.get_linestyle()) for line in flown]
-    assert looks == [(flight.look.colour, flight.look.line) for flight in FLIGHTS]
+    line_styles = [(line.get_color(), line.get_linestyle()) for line in flown]
+    assert line_styles == [(flight.line_style.colour, flight.line_style.line) for flight in FLIGHTS]
 
 
 # --- energies as dots -----------------------------------------------------------------------------
@@ -176,11 +177,11 @@ def marks(panel: Axes, mark: str) -> list[list[float]]:
 
 def test_energies_are_means_ranges_and_the_others_marks() -> None:
     rows = [
-        summary_figures.EnergyRow("one", [1.0, 2.0, 6.0], 1.5, 1.8, FLIGHTS[0].look),
-        summary_figures.EnergyRow("two", [4.0, 5.0], None, None, FLIGHTS[1].look),
-        summary_figures.EnergyRow("three", [7.0], 6.5, 2.5, FLIGHTS[1].look),
+        summary.EnergyRow("one", [1.0, 2.0, 6.0], 1.5, 1.8, FLIGHTS[0].line_style),
+        summary.EnergyRow("two", [4.0, 5.0], None, None, FLIGHTS[1].line_style),
+        summary.EnergyRow("three", [7.0], 6.5, 2.5, FLIGHTS[1].line_style),
     ]
-    (panel,) = panels_of(summary_figures.energies(rows))
+    (panel,) = panels_of(summary.energies(rows))
     assert marks(panel, "o") == [[3.0, 0.0], [4.5, 1.0], [7.0, 2.0]]
     assert marks(panel, "x") == [[1.5, 0.0], [6.5, 2.0]]
     assert marks(panel, "D") == [[1.8, 0.0], [2.5, 2.0]]
@@ -191,7 +192,7 @@ def test_energies_are_means_ranges_and_the_others_marks() -> None:
 
 def test_time_and_phases_are_those_of_the_flight() -> None:
     run = om.fly(om.load_scenario("tour").for_vehicle(OMNIMORPH))
-    flight = Flight("tour", run, Look(style.BLUE))
+    flight = Flight("tour", run, LineStyle(style.BLUE))
     (panel,) = panels_of(figures.tilt([flight]))
     assert panel.get_xlim() == (0.0, float(run.time[-1]))
     phases = curves.phases(run)

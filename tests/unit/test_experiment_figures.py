@@ -11,17 +11,25 @@ import numpy as np
 import pytest
 from tests.unit import experiment_parts as parts
 from tests.unit.drawn import assert_in_sight, assert_legend
-from tests.unit.experiment_parts import LOOKS, PANELS
+from tests.unit.experiment_parts import LINE_STYLES, PANELS
 from tests.unit.figure_checks import cut_off, laid_out, overlaps, texts_of
+from tests.unit.reproduction_parts import values_of
 
 import omnimorph as om
 from omnimorph.protocols import FloatArray
 from omnimorph.report import style
-from omnimorph.report.ablation_figure import AblationPanel, AblationRow, ablation
-from omnimorph.report.frontier_figure import frontier
-from omnimorph.report.stand_figure import stand
-from omnimorph.report.style import Flight, Look
-from omnimorph.report.tilt_choice_figure import cost_gaps, energy_by_choice, tilt_by_choice
+from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow, ablation
+from omnimorph.studies.reproduction.figures.frontier import frontier
+from omnimorph.studies.reproduction.figures.line_styles import LINE_STYLES as OF_FLIGHTS
+from omnimorph.studies.reproduction.figures.stand import stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
+)
+from omnimorph.studies.reproduction.flights import SCENARIOS
+from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT
+from omnimorph.studies.reproduction.tilt_choice import RANGE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,16 +38,14 @@ if TYPE_CHECKING:
 
 @pytest.fixture(scope="module")
 def figures() -> dict[str, Figure]:
-    rows, least = parts.build_energies()
-    run = om.fly(om.load_scenario("hover"))
-    ways = [Flight(way, run, Look(style.BLACK)) for way in parts.WAYS]
+    choice = parts.build_choices(om.fly(om.load_scenario("hover")))
     made = {
-        "ablation": ablation(parts.build_ablation(), PANELS, LOOKS),
-        "stand": stand(*parts.build_stand()),
-        "frontier": frontier(*parts.build_frontier()),
-        "tilt_by_choice": tilt_by_choice({"Case A": ways, "Case B": ways[:2]}),
-        "cost_gaps": cost_gaps(parts.build_gaps()),
-        "energy_by_choice": energy_by_choice(rows, least, LOOKS),
+        "ablation": ablation(parts.build_ablation(), PANELS, LINE_STYLES),
+        "stand": stand(parts.build_stand()),
+        "frontier": frontier(parts.build_frontier()),
+        "tilt_by_choice": tilt_by_choice(choice),
+        "cost_gaps": cost_gaps(choice.gaps),
+        "energy_by_choice": energy_by_choice(choice),
     }
     return {name: laid_out(figure) for name, figure in made.items()}
 
@@ -116,11 +122,11 @@ def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) 
     assert len(rows) == 35
     names = [tick.get_text() for tick in figure.axes[0].get_yticklabels()]
     for panel, axis in zip(PANELS, figure.axes, strict=True):
-        for case, look in LOOKS.items():
+        for case, line_style in LINE_STYLES.items():
             seeds = [np.asarray(row.values[panel.measure].get(case, ())) for row in rows]
             flown = [(row, v[np.isfinite(v)]) for row, v in zip(rows, seeds, strict=True)]
             flown = [(row, v) for row, v in flown if len(v)]
-            drawn = marks_of(axis, look.mark, look.colour)
+            drawn = marks_of(axis, line_style.mark, line_style.colour)
             np.testing.assert_allclose(drawn[:, 0], [v.mean() for _, v in flown], rtol=1e-12)
             at = [names[round(y)] for y in drawn[:, 1]]
             assert at == [row.label for row, _ in flown]
@@ -128,7 +134,7 @@ def test_ablation_draws_mean_and_range_of_every_row(figures: dict[str, Figure]) 
                 [
                     xy(line)[:, 0].reshape(-1, 3)
                     for line in axis.lines
-                    if line.get_alpha() == 0.4 and line.get_color() == look.colour
+                    if line.get_alpha() == 0.4 and line.get_color() == line_style.colour
                 ]
                 or [np.empty((0, 3))]
             )
@@ -141,9 +147,9 @@ def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> N
     bold = [t.get_text() for t in tilt.get_yticklabels() if t.get_fontweight() == "bold"]
     assert bold == list(dict.fromkeys(row.group for row in rows))
     names = [tick.get_text() for tick in tilt.get_yticklabels()]
-    assert len(marks_of(tilt, "x", LOOKS["Case B"].colour)) == 0
+    assert len(marks_of(tilt, "x", LINE_STYLES["Case B"].colour)) == 0
     for axis in others:
-        lost = marks_of(axis, "x", LOOKS["Case B"].colour)
+        lost = marks_of(axis, "x", LINE_STYLES["Case B"].colour)
         assert [names[round(y)] for _, y in lost] == [rows[2].label, rows[8].label]
         assert (lost[:, 0] > 0.9).all(), "a share of the width"
     assert "lost flights" in [t.get_text() for t in figures["ablation"].legends[0].get_texts()]
@@ -152,14 +158,16 @@ def test_ablation_has_headings_and_lost_flights(figures: dict[str, Figure]) -> N
 def test_ablation_draws_the_papers_values_with_their_numbers(figures: dict[str, Figure]) -> None:
     for panel, axis in zip(PANELS, figures["ablation"].axes, strict=True):
         lines = {line.get_color(): xy(line)[0, 0] for line in axis.lines if line.is_dashed()}
-        assert lines == {LOOKS[case].colour: value for case, value in panel.paper.items()}
+        assert lines == {LINE_STYLES[case].colour: value for case, value in panel.paper.items()}
     words = [text.get_text() for axis in figures["ablation"].axes for text in axis.texts]
     assert words == ["2081", "1162", "11", "44", "0.062", "0.068"]
 
 
 def test_ablation_of_one_row_without_seeds_lost_needs_no_more_words() -> None:
     row = AblationRow("perfect plant", "", {"tilt": {"Case A": [12.0]}})
-    figure = ablation([row], [AblationPanel("tilt", "mean tilt (°)")], {"Case A": LOOKS["Case A"]})
+    figure = ablation(
+        [row], [AblationPanel("tilt", "mean tilt (°)")], {"Case A": LINE_STYLES["Case A"]}
+    )
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["Case A: mean and range"]
     (panel,) = figure.axes
     assert [tick.get_text() for tick in panel.get_yticklabels()] == ["perfect plant"]
@@ -172,7 +180,7 @@ def test_wide_ranges_of_an_ablation_have_ticks_that_can_be_read() -> None:
     rows = [AblationRow(f"{k}", "", {name: one}) for k, (name, one) in enumerate(values.items())]
     spread = [AblationRow("wide", "", {n: {"Case A": [1.2e-5, 0.2]} for n in values})]
     panels = [AblationPanel(name, f"{name}\n(–)", True, {"Case A": 0.062}) for name in values]
-    figure = laid_out(ablation([*rows, *spread], panels, {"Case A": LOOKS["Case A"]}))
+    figure = laid_out(ablation([*rows, *spread], panels, {"Case A": LINE_STYLES["Case A"]}))
     assert overlaps(figure, least_gap=2.0) == []
     for panel in figure.axes:
         ticks = panel.xaxis.get_major_ticks()
@@ -185,9 +193,9 @@ def test_wide_ranges_of_an_ablation_have_ticks_that_can_be_read() -> None:
 
 def test_two_values_of_the_paper_that_nearly_agree_are_two_lines() -> None:
     """The dashes of one fill the gaps of the other."""
-    row = AblationRow("row", "", {"e": {case: [1e-5, 0.1] for case in LOOKS}})
-    panel = AblationPanel("e", "e (–)", True, dict.fromkeys(LOOKS, 0.062))
-    (axis,) = ablation([row], [panel], LOOKS).axes
+    row = AblationRow("row", "", {"e": {case: [1e-5, 0.1] for case in LINE_STYLES}})
+    panel = AblationPanel("e", "e (–)", True, dict.fromkeys(LINE_STYLES, 0.062))
+    (axis,) = ablation([row], [panel], LINE_STYLES).axes
     one, two = (style.INTERLEAVED[k] for k in range(2))
     assert two[0] == one[1][0] == one[1][1], "it starts where the gap of the other does"
     drawn_as = [line for line in axis.lines if line.is_dashed()]
@@ -198,7 +206,7 @@ def test_names_of_ticks_at_the_ends_of_a_panel_stay_in_it() -> None:
     """Else they run together with those of the panel beside it."""
     values = {name: {"Case A": [0.0, 36_000.0]} for name in ("w", "x", "y", "z")}
     panels = [AblationPanel(name, f"{name} (–)") for name in values]
-    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LOOKS["Case A"]})
+    figure = ablation([AblationRow("row", "", values)], panels, {"Case A": LINE_STYLES["Case A"]})
     laid_out(figure)
     for panel in figure.axes:
         ticks = panel.xaxis.get_major_ticks()
@@ -212,7 +220,7 @@ def test_names_of_ticks_at_the_ends_of_a_panel_stay_in_it() -> None:
 
 
 def test_stand_draws_speeds_and_forces(figures: dict[str, Figure]) -> None:
-    _, tests = parts.build_stand()
+    tests = parts.build_stand().tests
     top, *panels = figures["stand"].axes
     alone, others = (xy(line)[:, 1] for line in top.lines)
     np.testing.assert_allclose(alone, 120.0)
@@ -221,54 +229,32 @@ def test_stand_draws_speeds_and_forces(figures: dict[str, Figure]) -> None:
     assert panels[0].get_ylim() == panels[1].get_ylim()
     for test, panel in zip(tests, panels, strict=True):
         means, bands = panel.lines[:2], panel.collections
-        for values, line, band in zip((test.alone, test.together), means, bands, strict=True):
+        for reading, line, band in zip((test.alone, test.together), means, bands, strict=True):
+            values = reading.thrust[reading.time >= 0.5]
             assert xy(line)[:, 1].mean() == pytest.approx(values.mean(), rel=1e-3)
             heights = np.asarray(band.get_paths()[0].vertices)[:, 1]
             assert (heights.min(), heights.max()) == (values.min(), values.max())
-        assert [xy(line)[0, 1] for line in panel.lines[2:]] == [one.force for one in test.levels]
-        assert [text.get_text() for text in panel.texts] == [one.label for one in test.levels]
+        assert len(panel.lines[2:]) == len(panel.texts) == 2
 
 
 # --- frontier -------------------------------------------------------------------------------------
 
 
-def bars_of(panel: Axes) -> list[FloatArray]:
-    """Return the bars of each curve in a panel, (K, 2, 2)."""
-    return [np.array(one.get_segments()) for one in panel.collections]  # type: ignore[attr-defined]
-
-
-def test_frontier_draws_shares_with_their_intervals(figures: dict[str, Figure]) -> None:
-    panels, dead = parts.build_frontier()
-    axes = figures["frontier"].axes
-    for panel, axis in zip(panels, axes, strict=False):
-        for curve, line, bars in zip(panel.curves, axis.lines, bars_of(axis), strict=False):
-            shown = np.column_stack([curve.over, curve.share])
-            np.testing.assert_allclose(xy(line), 100.0 * shown)
-            assert (line.get_marker(), line.get_color()) == (curve.look.mark, curve.look.colour)
-            np.testing.assert_allclose(bars[:, 0, 1], 100.0 * curve.low, atol=1e-9)
-            np.testing.assert_allclose(bars[:, 1, 1], 100.0 * curve.high, atol=1e-9)
-        limits = [xy(line)[0, 0] for line in axis.lines[len(panel.curves) :]]
-        np.testing.assert_allclose(limits, [100.0 * limit.loss for limit in panel.limits])
-        assert [text.get_text() for text in axis.texts] == [one.label for one in panel.limits]
-    for one, line in zip(dead, axes[-1].lines, strict=True):
-        np.testing.assert_allclose(xy(line)[:, 1], 100.0 * one.share)
-        np.testing.assert_array_equal(xy(line)[:, 0].round(), one.over)
-        assert line.get_linestyle() == "None"
-
-
 def test_curves_of_a_frontier_that_agree_are_drawn_apart() -> None:
-    (first, *_), _ = parts.build_frontier()
-    same = [replace(first.curves[0], label=f"{k}") for k in range(3)]
-    (axis,) = laid_out(frontier([replace(first, curves=same, limits=())])).axes
+    found = parts.build_frontier()
+    same = [replace(found.frontiers[0], scenario=name) for name in SCENARIOS[:3]]
+    axis = laid_out(frontier(replace(found, frontiers=same))).axes[0]
     places = [line.get_transform().transform(xy(line)) for line in axis.lines[:3]]
     for one, two in itertools.pairwise(places):
         assert np.all(two - one > 1.0), "points"
         assert np.all(two - one < 3.0)
 
 
-def test_frontier_without_dead_rotors_has_one_row() -> None:
-    figure = frontier(parts.build_frontier()[0])
-    assert [axis.get_title(loc="left") for axis in figure.axes] == ["all rotors", "lower rotors"]
+def test_frontier_without_dead_rotors_has_a_row_for_each_kind_of_loss() -> None:
+    figure = frontier(replace(parts.build_frontier(), dead={}))
+    assert [axis.get_title(loc="left") for axis in figure.axes] == [
+        f"{kind}: {criterion}" for kind in KINDS for criterion in (NOT_LOST, POSE_KEPT)
+    ]
 
 
 # --- choice of the tilt ---------------------------------------------------------------------------
@@ -277,9 +263,9 @@ def test_frontier_without_dead_rotors_has_one_row() -> None:
 def test_tilts_are_drawn_case_by_case(figures: dict[str, Figure]) -> None:
     above, below = figures["tilt_by_choice"].axes
     assert (above.get_ylabel(), below.get_ylabel()) == ("Case A\ntilt (°)", "Case B\ntilt (°)")
-    named = [line.get_label() for line in above.lines]
-    assert [label for label in named if label in parts.WAYS] == list(parts.WAYS)
-    assert [line.get_label() for line in below.lines][:2] == list(parts.WAYS[:2])
+    for panel in (above, below):
+        named = [line.get_label() for line in panel.lines]
+        assert named[: len(parts.WAYS) + 1] == [*parts.WAYS, "lower bound"]
 
 
 def test_tilts_that_coincide_are_seen_beside_one_another(figures: dict[str, Figure]) -> None:
@@ -290,36 +276,28 @@ def test_tilts_that_coincide_are_seen_beside_one_another(figures: dict[str, Figu
 
 
 def test_cost_gaps_are_shares_of_steps(figures: dict[str, Figure]) -> None:
-    *gaps, none = parts.build_gaps()
+    *gaps, _ = parts.build_gaps()
     *lines, empty = figures["cost_gaps"].axes[0].lines
     for one, line in zip(gaps, lines, strict=True):
-        assert line.get_label() == one.label
+        assert line.is_dashed() == (one.span == RANGE)
         x, share = xy(line).T
         assert np.all(np.diff(share) <= 0.0)
         for k in (0, 100, 250):
             assert share[k] == pytest.approx(100.0 * (one.gap > x[k] / 100.0).mean(), abs=0.02)
         assert share[-1] > 0.0, "on a logarithmic axis"
-    assert (empty.get_label(), len(xy(empty))) == (f"{none.label}: none", 0)
+    assert (empty.get_label(), len(xy(empty))) == ("Case A: to itself: none", 0)
 
 
 def test_energies_stand_beside_their_lower_bound(figures: dict[str, Figure]) -> None:
-    rows, least = parts.build_energies()
     (panel,) = figures["energy_by_choice"].axes
-    words = {text.get_text() for text in panel.texts}
-    for case, look in LOOKS.items():
-        drawn = marks_of(panel, look.mark, look.colour)
-        means = [np.mean(row.energy[case]) for row in rows]
+    texts = {text.get_text() for text in panel.texts}
+    choices = parts.build_choices(om.fly(om.load_scenario("hover"))).choices
+    for (case, style_of_case), mark in zip(list(OF_FLIGHTS.items())[:2], "os", strict=True):
+        means = [float(values_of(one.flown[case], "drag_energy_paper").mean()) for one in choices]
+        drawn = marks_of(panel, mark, style_of_case.colour)
         np.testing.assert_allclose(drawn[:, 0], means, rtol=1e-12)
-        np.testing.assert_array_equal(drawn[:, 1].round(), range(len(rows)))
-        assert {f"{100.0 * (mean / least[case] - 1.0):+.1f} %" for mean in means} <= words
-    dashed = {line.get_label(): xy(line)[0, 0] for line in panel.lines if line.is_dashed()}
-    assert dashed == {f"lower bound, {case}": value for case, value in least.items()}
-
-
-def test_one_lower_bound_of_two_cases_is_one_line() -> None:
-    rows, _ = parts.build_energies()
-    bound = {"Case A": 1058.0, "Case B": 1058.0 * (1.0 + 1e-13)}
-    (panel,) = energy_by_choice(rows, bound, LOOKS).axes
+        np.testing.assert_array_equal(drawn[:, 1].round(), range(len(choices)))
+        assert {f"{100.0 * (mean / 1100.0 - 1.0):+.1f} %" for mean in means} <= texts
     (line,) = [line for line in panel.lines if line.is_dashed()]
-    assert line.get_label() == "lower bound, Case A and Case B"
-    assert line.get_color() not in {look.colour for look in LOOKS.values()}
+    assert (line.get_label(), line.get_color()) == ("lower bound, Case A and Case B", style.BLACK)
+    assert xy(line)[0, 0] == pytest.approx(1100.0)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from tests.unit.drawn import curves_of, levels_of, panels_of, xy
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LIMITS,
     NAMES,
@@ -17,20 +17,28 @@ from tests.unit.findings_parts import (
     A,
     B,
     bound_J,
-    findings,
+    made_up_results,
     values_of,
 )
 
 from omnimorph.protocols import FloatArray
 from omnimorph.results import curves
-from omnimorph.studies.reproduction import pictures, study_figures
-from omnimorph.studies.reproduction.flight_curves import (
+from omnimorph.studies.reproduction.figures import page
+from omnimorph.studies.reproduction.figures.ablation import draw_ablation
+from omnimorph.studies.reproduction.figures.flights import (
     degraded_flights,
     energy_rows,
     paper_means,
     variant_flights,
 )
-from omnimorph.studies.reproduction.looks import LOOKS
+from omnimorph.studies.reproduction.figures.frontier import frontier
+from omnimorph.studies.reproduction.figures.line_styles import LINE_STYLES
+from omnimorph.studies.reproduction.figures.stand import stand
+from omnimorph.studies.reproduction.figures.tilt_choice import (
+    cost_gaps,
+    energy_by_choice,
+    tilt_by_choice,
+)
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.spread import share_interval
 
@@ -38,7 +46,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 CASES = {WORDS[A]: A, WORDS[B]: B}
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 def dots_of(panel: Axes, mark: str, colour: str) -> FloatArray:
@@ -54,8 +62,8 @@ def dots_of(panel: Axes, mark: str, colour: str) -> FloatArray:
 
 
 def test_ablation() -> None:
-    found = findings().ablation
-    axes = study_figures.draw_ablation(found).axes
+    found = made_up_results().ablation
+    axes = draw_ablation(found).axes
     metrics = (
         "tilt_mean_deg",
         "drag_energy_paper",
@@ -66,17 +74,20 @@ def test_ablation() -> None:
     for panel, metric, key in zip(axes, metrics, keys, strict=True):
         for name, mark in ((A, "o"), (B, "s")):
             flown = [SHOWN[metric] * values_of(one.flown[name], metric) for one in found.conditions]
-            drawn = dots_of(panel, mark, LOOKS[name].colour)
+            drawn = dots_of(panel, mark, LINE_STYLES[name].colour)
             np.testing.assert_allclose(drawn, [values.mean() for values in flown], rtol=1e-9)
             ranges = [line for line in panel.lines if line.get_alpha() == 0.4]
             ends = np.concatenate(
-                [xy(one)[:, 0] for one in ranges if one.get_color() == LOOKS[name].colour]
+                [xy(one)[:, 0] for one in ranges if one.get_color() == LINE_STYLES[name].colour]
             )
             expected = [[values.min(), values.max()] for values in flown]
             np.testing.assert_allclose(ends[np.isfinite(ends)].reshape(-1, 2), expected)
         dashed = {one.get_color(): xy(one)[0, 0] for one in panel.lines if one.is_dashed()}
         assert dashed == (
-            {LOOKS[A].colour: CLAIMS[f"{key}_a"].value, LOOKS[B].colour: CLAIMS[f"{key}_b"].value}
+            {
+                LINE_STYLES[A].colour: CLAIMS[f"{key}_a"].value,
+                LINE_STYLES[B].colour: CLAIMS[f"{key}_b"].value,
+            }
             if key
             else {}
         )
@@ -87,8 +98,8 @@ def test_ablation() -> None:
 
 
 def test_stand() -> None:
-    found = findings().experiment
-    speeds, *tests = study_figures.draw_stand(found).axes
+    found = made_up_results().experiment
+    speeds, *tests = stand(found).axes
     alone, others = (xy(line)[:, 1] for line in speeds.lines)
     assert (alone.max(), others.max()) == (pytest.approx(120.0), pytest.approx(72.0))
     claimed = {key: CLAIMS[key].value or 0.0 for key in ("force_alone", "force_together")}
@@ -114,8 +125,8 @@ def test_stand() -> None:
 
 
 def test_frontiers_and_dead_rotors() -> None:
-    found = findings().degraded
-    *panels, dead = panels_of(study_figures.draw_frontier(found))
+    found = made_up_results().degraded
+    *panels, dead = panels_of(frontier(found))
     titles = [f"{kind}: {criterion}" for kind in KINDS for criterion in (NOT_LOST, POSE_KEPT)]
     assert [panel.get_title(loc="left") for panel in panels] == titles
     for panel in panels:
@@ -130,7 +141,7 @@ def test_frontiers_and_dead_rotors() -> None:
             ends = [share_interval(*share) for share in shares]
             drawn = np.array(bars.get_segments())[:, :, 1]  # type: ignore[attr-defined]
             np.testing.assert_allclose(drawn, 100.0 * np.array(ends), atol=1e-9)
-            assert line.get_color() == LOOKS[one.scenario].colour
+            assert line.get_color() == LINE_STYLES[one.scenario].colour
             assert line.is_dashed() == (one.speed_limit == LIMITS[1])
             words = f"{WORDS[one.scenario]}, ±{one.speed_limit / TURN:.0f} Hz"
             assert named.get_label() == words
@@ -146,17 +157,15 @@ def test_frontiers_and_dead_rotors() -> None:
     ):
         assert named.get_label() == f"{WORDS[name]}, {criterion}"
         assert (line.get_color(), line.get_marker()) == (
-            LOOKS[name].colour,
+            LINE_STYLES[name].colour,
             "o" if criterion == NOT_LOST else "D",
         )
         np.testing.assert_allclose(xy(line)[:, 1], [100.0 * met / n for met, n in shares])
 
 
 def test_tilts_and_energies_by_the_choice() -> None:
-    found = findings().tilt_choice
-    for panel, (case, name) in zip(
-        panels_of(study_figures.draw_tilt_choice(found)), CASES.items(), strict=True
-    ):
+    found = made_up_results().tilt_choice
+    for panel, (case, name) in zip(panels_of(tilt_by_choice(found)), CASES.items(), strict=True):
         assert panel.get_ylabel() == f"{case}\ntilt (°)"
         drawn = dict(curves_of(panel))
         for one in found.choices:
@@ -165,10 +174,10 @@ def test_tilts_and_energies_by_the_choice() -> None:
         bound = found.lower_bound
         at, tilt = drawn["lower bound"].T
         np.testing.assert_allclose(tilt, np.degrees(np.interp(at, bound.time, bound.tilt)))
-    (panel,) = study_figures.draw_energies(found).axes
+    (panel,) = energy_by_choice(found).axes
     for name, mark in ((A, "o"), (B, "s")):
         means = [values_of(one.flown[name], "drag_energy_paper").mean() for one in found.choices]
-        np.testing.assert_allclose(dots_of(panel, mark, LOOKS[name].colour), means)
+        np.testing.assert_allclose(dots_of(panel, mark, LINE_STYLES[name].colour), means)
     (bound_line,) = (line for line in panel.lines if line.is_dashed())
     assert xy(bound_line)[0, 0] == pytest.approx(bound_J() / TURN)
     assert [tick.get_text() for tick in panel.get_yticklabels()] == [
@@ -177,11 +186,11 @@ def test_tilts_and_energies_by_the_choice() -> None:
 
 
 def test_gaps() -> None:
-    found = findings().tilt_choice
-    (panel,) = study_figures.draw_gaps(found).axes
+    found = made_up_results().tilt_choice
+    (panel,) = cost_gaps(found.gaps).axes
     for one, line in zip(found.gaps, panel.lines, strict=True):
         assert line.get_label() == f"{WORDS[one.scenario]}: to {one.span}"
-        assert line.get_color() == LOOKS[one.scenario].colour
+        assert line.get_color() == LINE_STYLES[one.scenario].colour
         x, share = xy(line).T
         for k in (0, 150, 250):
             assert share[k] == pytest.approx(100.0 * (one.gap > x[k] / 100.0).mean(), abs=0.3)
@@ -207,15 +216,15 @@ def test_energies_of_each_flight() -> None:
             if dict(one.about) == {"scenario": name, "metric": "drag_energy_paper"}
         ]
         assert row.paper == (claimed[0] if claimed else None)
-        assert row.look == LOOKS[name]
+        assert row.line_style == LINE_STYLES[name]
 
 
 def test_the_papers_means_are_in_the_look_of_their_case() -> None:
-    for (label, distance, sine, look), (case, name), key in zip(
+    for (label, distance, sine, line_style), (case, name), key in zip(
         paper_means(), CASES.items(), "ab", strict=True
     ):
         assert label == f"the paper's mean, {case}"
-        assert look == LOOKS[name]
+        assert line_style == LINE_STYLES[name]
         assert distance == CLAIMS[f"position_error_{key}"].value
         assert sine == CLAIMS[f"attitude_error_{key}"].value
 
@@ -224,15 +233,15 @@ def test_variants_and_degraded_flights_are_named_by_what_they_are() -> None:
     shown = variant_flights(FLIGHTS)
     assert [one.label for one in shown] == ["0.5 ms", "1 ms", "2 ms", "4 ms", "1 ms, noise"]
     assert [one.run for one in shown] == [one.run for one in FLIGHTS.variants]
-    degraded = degraded_flights(findings())
+    degraded = degraded_flights(made_up_results())
     runs: list[Any] = []
-    for key, run in findings().degraded_runs.items():
+    for key, run in made_up_results().degraded_runs.items():
         case = CLAIMS[key].about["scenario"]
         runs += [(f"{WORDS[case]}, {CLAIMS[key].about['loss_percent']:g} % less", run)]
         runs += [(f"{WORDS[case]}, healthy", FLIGHTS.runs[case])]
     assert [(one.label, one.run) for one in degraded] == runs
-    assert {one.look.colour for one in degraded[:2]} == {LOOKS[A].colour}
-    assert degraded[0].look != degraded[1].look
+    assert {one.line_style.colour for one in degraded[:2]} == {LINE_STYLES[A].colour}
+    assert degraded[0].line_style != degraded[1].line_style
 
 
 @pytest.mark.parametrize(
@@ -246,7 +255,7 @@ def test_variants_and_degraded_flights_are_named_by_what_they_are() -> None:
     ],
 )
 def test_figures_of_flights_draw_those_flights(name: str, drawn: tuple[int, ...]) -> None:
-    figure = pictures._flight_drawings(findings())[name][1]()
+    figure = page._flight_drawings(made_up_results())[name][1]()
     panel = panels_of(figure)[-1]
     runs = [FLIGHTS.runs[NAMES[k]] for k in drawn]
     shown = [(label, points) for label, points in curves_of(panel) if label != "desired"]

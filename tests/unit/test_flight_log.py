@@ -14,7 +14,7 @@ from omnimorph.errors import RunFileError
 from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.metrics import Metrics
 from omnimorph.studies import flight_log
-from omnimorph.studies.flight_log import FlightLog, Flown, flight_keys, is_flight_log
+from omnimorph.studies.flight_log import FlightLog, FlightResult, flight_keys, is_flight_log
 from omnimorph.studies.many_flights import Job, fly_jobs, fly_runs
 
 SHORT = replace(
@@ -34,7 +34,7 @@ def lines(path: Path) -> list[str]:
 
 def test_what_is_added_is_there_the_next_time(tmp_path: Path) -> None:
     path = tmp_path / "deep" / "flights.jsonl"
-    flown = {"a": Flown(metrics()), "b": Flown(None, "it has no rotors.")}
+    flown = {"a": FlightResult(metrics()), "b": FlightResult(None, "it has no rotors.")}
     with FlightLog(path) as log:
         assert not path.parent.exists(), "nothing is made before there is something to keep"
         for key, one in flown.items():
@@ -50,7 +50,7 @@ def test_what_is_added_is_there_the_next_time(tmp_path: Path) -> None:
 def test_numbers_that_are_not_finite_come_back(tmp_path: Path) -> None:
     lost = replace(metrics(), kkt_residual_max=float("nan"), outcome="lost")
     with FlightLog(tmp_path / "log") as log:
-        log.add("a", Flown(lost))
+        log.add("a", FlightResult(lost))
     with FlightLog(tmp_path / "log") as log:
         found = log.get("a")
     assert found is not None
@@ -63,13 +63,13 @@ def test_numbers_that_are_not_finite_come_back(tmp_path: Path) -> None:
 def test_a_line_that_was_cut_off_is_not_believed(tmp_path: Path, kept: int) -> None:
     path = tmp_path / "log"
     with FlightLog(path) as log:
-        log.add("a", Flown(metrics()))
-        log.add("b", Flown(metrics()))
+        log.add("a", FlightResult(metrics()))
+        log.add("b", FlightResult(metrics()))
     header, first, second = lines(path)
     path.write_text(f"{header}\n{first}\n{second[:kept]}", encoding="utf-8")
     with FlightLog(path) as log:
         assert (len(log), log.get("b")) == (1, None)
-        log.add("c", Flown(metrics()))
+        log.add("c", FlightResult(metrics()))
     with FlightLog(path) as log:
         assert len(log) == 2
         assert log.get("a") is not None
@@ -79,7 +79,7 @@ def test_a_line_that_was_cut_off_is_not_believed(tmp_path: Path, kept: int) -> N
 def test_a_number_changed_by_hand_is_not_believed(tmp_path: Path) -> None:
     path = tmp_path / "log"
     with FlightLog(path) as log:
-        log.add("a", Flown(metrics()))
+        log.add("a", FlightResult(metrics()))
     text = path.read_text(encoding="utf-8")
     path.write_text(text.replace('\\"tilt_max_deg\\": ', '\\"tilt_max_deg\\": 1'), encoding="utf-8")
     assert path.read_text(encoding="utf-8") != text
@@ -89,9 +89,9 @@ def test_a_number_changed_by_hand_is_not_believed(tmp_path: Path) -> None:
 
 def test_another_build_flies_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with FlightLog(tmp_path / "log") as log:
-        log.add("a", Flown(metrics()))
+        log.add("a", FlightResult(metrics()))
     flight_log._build.cache_clear()
-    monkeypatch.setattr(om, "__version__", "another")
+    monkeypatch.setattr(flight_log, "__version__", "another")
     try:
         with FlightLog(tmp_path / "log") as log:
             assert len(log) == 0
@@ -100,7 +100,7 @@ def test_another_build_flies_again(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 def test_threads_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
-    one = Flown(metrics())
+    one = FlightResult(metrics())
     with FlightLog(tmp_path / "log") as log:
 
         def add_fifty(name: str) -> None:
@@ -119,7 +119,7 @@ def test_threads_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
 def test_a_log_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with FlightLog(tmp_path / "file" / "log") as log, pytest.raises(RunFileError, match="log: "):
-        log.add("a", Flown(metrics()))
+        log.add("a", FlightResult(metrics()))
 
 
 def test_other_files_are_no_logs(tmp_path: Path) -> None:

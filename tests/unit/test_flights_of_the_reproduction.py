@@ -6,25 +6,25 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.unit.reproduction_parts import table
 
 import omnimorph as om
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.design import _counter_examples, _judge_conditions
 from omnimorph.studies.reproduction.flights import PaperFlights, Variant
-from omnimorph.studies.reproduction.page_tables import energy_table
 from omnimorph.studies.reproduction.spread import Spread
 from omnimorph.studies.reproduction.verdicts import Verdict
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS, spread_words
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS, spread_text
 
 RUN = om.fly(om.load_scenario("hover"))
-NAMES = list(FLIGHT_WORDS)
+NAMES = list(FLIGHT_LABELS)
 A, B = NAMES[:2]
 GROUPS = ("realistic", "without_momentum", "pose_only", "in_wakes")
 
 
-def flown(count: float) -> Flown:
+def flown(count: float) -> FlightResult:
     """A flight whose energies are known by one number."""
-    return Flown(replace(RUN.metrics, drag_energy_paper=count, drag_energy_J=7.0 * count))
+    return FlightResult(replace(RUN.metrics, drag_energy_paper=count, drag_energy_J=7.0 * count))
 
 
 def made_up() -> PaperFlights:
@@ -62,8 +62,8 @@ def test_results_hold_each_flight_under_its_own_name() -> None:
 
 def test_energies_stand_in_the_row_of_their_flight_and_in_their_unit() -> None:
     flights = made_up()
-    rows = {row[0]: row[1:] for row in energy_table(flights).rows}
-    for k, words in enumerate(FLIGHT_WORDS.values()):
+    rows = {row[0]: row[1:] for row in table("energy", flights).rows}
+    for k, words in enumerate(FLIGHT_LABELS.values()):
         for row, begin in ((words, 1000.0), (f"{words}, no rotor momentum", 2000.0)):
             mean = begin + 100.0 * k + 2.0
             count, joules, perfect = (cell.split()[0] for cell in rows[row][:3])
@@ -74,7 +74,7 @@ def test_energies_stand_in_the_row_of_their_flight_and_in_their_unit() -> None:
 
 def test_a_spread_is_shown_in_the_unit_of_its_factor() -> None:
     spread = Spread(0.001234, 0.00119, 0.00128, 0.000021, 20, 20)
-    assert spread_words(spread, 1e3) == "1.23 ± 0.02 (1.19 … 1.28)"
+    assert spread_text(spread, 1e3) == "1.23 ± 0.02 (1.19 … 1.28)"
 
 
 def test_verdicts_on_the_design_follow_from_what_was_found() -> None:

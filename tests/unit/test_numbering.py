@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.unit.reproduction_parts import table
 from tests.visitor import Visitor, wait_until
 
 import omnimorph as om
@@ -17,9 +18,8 @@ from omnimorph.cli.main import main
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.live.page import LivePage
 from omnimorph.report import figures, style
+from omnimorph.studies.reproduction.figures.frontier import frontier
 from omnimorph.studies.reproduction.lost_thrust import Share
-from omnimorph.studies.reproduction.page_tables import dead_rotor_table
-from omnimorph.studies.reproduction.study_figures import draw_frontier
 from omnimorph.viewer.charts import charts_of
 from omnimorph.viewer.flight_page import notices
 from omnimorph.viewer.frames import Flight
@@ -43,7 +43,7 @@ def run() -> om.Run:
 
 
 def test_a_panel_shows_the_speed_of_the_rotor_it_names(run: om.Run) -> None:
-    figure = figures.rotor_speeds([style.Flight("one", run, style.Look(style.BLUE))])
+    figure = figures.rotor_speeds([style.Flight("one", run, style.LineStyle(style.BLUE))])
     told = {panel.get_title(loc="left").split("  ")[0]: panel for panel in figure.axes}
     assert sorted(told) == [f"rotor {i}" for i in NUMBERS]
     for i in range(8):
@@ -86,13 +86,13 @@ def test_the_rotor_that_is_named_is_cut() -> None:
 
 def test_tables_of_the_reproduction_number_the_rotors() -> None:
     found: Any = SimpleNamespace(dead={("paper-case-a", "kept"): [(1, 5)] * 8})
-    assert dead_rotor_table(found).head == ["", *(f"rotor {i}" for i in NUMBERS)]
+    assert table("dead", found).head == ["", *(f"rotor {i}" for i in NUMBERS)]
 
 
 def test_figures_of_the_reproduction_number_the_rotors() -> None:
     shares = {("paper-case-a", "kept"): [Share(1, 5)] * 8}
     found: Any = SimpleNamespace(frontiers=[], dead=shares)
-    dead = draw_frontier(found).axes[-1]
+    dead = frontier(found).axes[-1]
     assert [f"{tick:g}" for tick in dead.get_xticks()] == NUMBERS
 
 

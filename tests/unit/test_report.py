@@ -17,9 +17,9 @@ from tests.unit.figure_checks import cut_off, laid_out, overlaps
 import omnimorph as om
 from omnimorph.errors import InputError
 from omnimorph.model.geometry import propeller_radius
-from omnimorph.report import figures, style, summary_figures
+from omnimorph.report import figures, style
 from omnimorph.report.page import Picture, render_page
-from omnimorph.report.style import Flight, Look
+from omnimorph.report.style import Flight, LineStyle
 from omnimorph.report.tables import (
     metrics_table,
     number,
@@ -30,11 +30,12 @@ from omnimorph.report.tables import (
 from omnimorph.results import curves
 from omnimorph.results.thinning import band, thin
 from omnimorph.studies.own_folder import own_folder
+from omnimorph.studies.reproduction.figures import summary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOOK = Look(style.VERMILLION)
+LOOK = LineStyle(style.VERMILLION)
 
 
 @pytest.fixture(scope="module")
@@ -124,16 +125,16 @@ def test_phases_of_a_run_without_segments(hover: om.Run) -> None:
 
 def drawn(flight: Flight) -> dict[str, Figure]:
     """Draw every figure of one flight."""
-    row = summary_figures.EnergyRow("hovering", [1.0, 2.0], 1.5, 1.8, flight.look)
+    row = summary.EnergyRow("hovering", [1.0, 2.0], 1.5, 1.8, flight.line_style)
     return {
         "trajectory": figures.trajectory([flight]),
-        "errors": figures.errors([flight], [("elsewhere", 11.0, 0.06, flight.look)]),
+        "errors": figures.errors([flight], [("elsewhere", 11.0, 0.06, flight.line_style)]),
         "tilt": figures.tilt([flight]),
         "rotor_speeds": figures.rotor_speeds([flight]),
         "power_and_energy": figures.power_and_energy([flight], [flight]),
-        "overview": summary_figures.overview([flight]),
-        "energies": summary_figures.energies([row]),
-        "tilt_by_plant": summary_figures.tilt_by_plant([flight]),
+        "overview": summary.overview([flight]),
+        "energies": summary.energies([row]),
+        "tilt_by_plant": summary.tilt_by_plant([flight]),
     }
 
 

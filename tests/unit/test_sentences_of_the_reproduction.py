@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.unit.conftest import build_random_run
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LIMITS,
     SHOWN,
@@ -18,24 +18,27 @@ from tests.unit.findings_parts import (
     A,
     B,
     above_the_bound,
-    findings,
     flown,
     kept,
+    listed_in,
+    made_up_page,
+    made_up_results,
     mean,
+    text_of,
     values_of,
 )
 
 from omnimorph.protocols import FloatArray
 from omnimorph.report.tables import number
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import degraded, flight_claims, interference, page
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT
 from omnimorph.studies.reproduction.flights import PaperFlights
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
-from omnimorph.studies.reproduction.sentences import key_points, reasons
+from omnimorph.studies.reproduction.rendering import render
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 ANSWERS = flight_claims._ANSWERS
 
 
@@ -52,8 +55,9 @@ def claimed(key: str) -> float:
 
 
 def test_what_makes_the_tilt_climb_and_the_errors_grow() -> None:
-    found = findings().ablation
-    climbs, position, attitude, ratio = reasons(found, findings().hypotheses)
+    found = made_up_results().ablation
+    content = page.reasons(found, made_up_results().hypotheses)
+    climbs, position, attitude, ratio = listed_in(render("reasons.html.j2", **content))
     tilt = {(one.group, one.label): mean(one.flown[A], "tilt_mean_deg") for one in found.conditions}
     ways = (
         (PERFECT, "nothing"),
@@ -72,7 +76,7 @@ def test_what_makes_the_tilt_climb_and_the_errors_grow() -> None:
             assert f"{one.label} ({shown}" in text
     ratios = [
         mean(one.flown[B], "position_error_mean_m") / mean(one.flown[A], "position_error_mean_m")
-        for one in findings().hypotheses[:2]
+        for one in made_up_results().hypotheses[:2]
     ]
     theirs = claimed("position_error_b") / claimed("position_error_a")
     assert numbers_of(ratio) == [number(one, 2) for one in (*ratios, theirs)]
@@ -84,7 +88,8 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
         judge("tracking_order", basis=Basis.FLOWN, why="", command="", holds=True),
         judge("acceleration_order", basis=Basis.FLOWN, why="", command="", holds=True),
     ]
-    points = {one.head: one.text for one in key_points(findings(), judged)}
+    found = listed_in(render("key_points.html.j2", **page.summary(made_up_results(), judged)))
+    points = {f"{head}.": text for head, _, text in (one.partition(". ") for one in found)}
     assert points["Verdicts."] == "Of 3 claims: 2 predicted and 1 contradicted."
     assert points["What does not hold."] == f"“{CLAIMS['energy_order'].text}”"
     near = [
@@ -96,7 +101,7 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
         "a conjecture explains 2 (rotor momentum and interference), a fit 6 (fitted)."
     )
     excess = [
-        [above_the_bound(one.flown[name]) for one in findings().tilt_choice.choices]
+        [above_the_bound(one.flown[name]) for one in made_up_results().tilt_choice.choices]
         for name in (A, B)
     ]
     largest = max(float(np.ptp(one)) for one in excess)
@@ -106,12 +111,13 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
 def test_what_is_an_artefact_is_told_with_its_numbers() -> None:
     perfect = FLIGHTS.perfect[A].metrics
     assert perfect is not None
-    assert page._artefact(FLIGHTS) == {
-        "perfect": number(perfect.drag_energy_paper),
-        "paper": number(claimed("drag_energy_a"), 5),
-        "near": abs(perfect.drag_energy_paper / claimed("drag_energy_a") - 1.0) < 0.01,
-        "noise": "1e−5",
-    }
+    ours, theirs = perfect.drag_energy_paper, claimed("drag_energy_a")
+    near = abs(ours / theirs - 1.0) < 0.01
+    where = "almost exactly the paper's" if near else "where the paper has"
+    text = text_of(made_up_page())
+    count = f"spends {number(ours)} in the paper's count, {where} {number(theirs, 5)}."
+    assert count in text
+    assert "or a noise of 1e−5 (m, m/s, rad, rad/s) is added." in text
 
 
 # --- claims on flights ----------------------------------------------------------------------------
@@ -163,7 +169,7 @@ def test_answers_say_the_numbers_of_the_flights() -> None:
 
 def with_metrics(**by_metric: dict[str, float]) -> PaperFlights:
     """Return flights of which some metrics are these, by the name of the scenario."""
-    changed: dict[str, list[Flown]] = {}
+    changed: dict[str, list[FlightResult]] = {}
     for name, flights in FLIGHTS.realistic.items():
         wanted: dict[str, Any] = {
             metric: at[name] for metric, at in by_metric.items() if name in at
@@ -245,7 +251,7 @@ def test_the_tilt_is_told_by_what_is_flown() -> None:
 
 
 def test_numbers_of_flights_are_judged_by_their_own_claim() -> None:
-    found = flight_claims.judge_flights(flights_at_known_tilts()[0], findings().hypotheses)
+    found = flight_claims.judge_flights(flights_at_known_tilts()[0], made_up_results().hypotheses)
     judged = {one.claim.key: one for one in found}
     for key, one in judged.items():
         about = CLAIMS[key].about
@@ -272,7 +278,7 @@ def test_numbers_of_flights_are_judged_by_their_own_claim() -> None:
 
 
 def test_losses_are_judged_by_both_criteria_at_both_limits() -> None:
-    losses = findings().degraded.losses
+    losses = made_up_results().degraded.losses
     judged = {one.claim.key: one for one in degraded._judge(losses)}
     for key in ("a_survives", "b_fails", "b_survives"):
         rows = [one for one in losses if one.key == key]
@@ -312,7 +318,7 @@ def test_a_claim_on_survival_follows_from_its_flights(
         "strays": flown(position_error_max_m=0.3),
         "lost": flown("lost"),
     }
-    template = findings().degraded.losses[0]
+    template = made_up_results().degraded.losses[0]
     losses = [
         replace(template, key=key, speed_limit=limit, flown=10 * [fates[fate]])
         for limit, fate in zip(LIMITS, (at_170, at_220), strict=True)
@@ -323,7 +329,7 @@ def test_a_claim_on_survival_follows_from_its_flights(
 
 
 def test_forces_on_the_stand_are_judged_by_their_own_claim() -> None:
-    found = findings().experiment
+    found = made_up_results().experiment
     untilted, tilted = found.tests
     forces = {
         one.tilt: [r.thrust[r.time > r.time[-1] - 2.0].mean() for r in (one.alone, one.together)]

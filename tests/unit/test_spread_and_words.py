@@ -9,18 +9,18 @@ import pytest
 from scipy.stats import binomtest, t
 
 import omnimorph as om
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.printed_matrix import as_text, factors_of
 from omnimorph.studies.reproduction.spread import Spread, share_interval, spread_of
-from omnimorph.studies.reproduction.verdicts import range_words
-from omnimorph.studies.reproduction.words import difference_words, spread_words
+from omnimorph.studies.reproduction.verdicts import range_text
+from omnimorph.studies.reproduction.wording import difference_text, spread_text
 
 ONE = om.fly(om.load_scenario("hover")).metrics
 
 
-def flown(*tilts: float, lost: int = 0) -> list[Flown]:
-    completed = [Flown(replace(ONE, tilt_mean_deg=tilt)) for tilt in tilts]
-    return completed + lost * [Flown(replace(ONE, tilt_mean_deg=1e9, outcome="lost"))]
+def flown(*tilts: float, lost: int = 0) -> list[FlightResult]:
+    completed = [FlightResult(replace(ONE, tilt_mean_deg=tilt)) for tilt in tilts]
+    return completed + lost * [FlightResult(replace(ONE, tilt_mean_deg=1e9, outcome="lost"))]
 
 
 def test_the_interval_is_students() -> None:
@@ -32,12 +32,12 @@ def test_the_interval_is_students() -> None:
 
 
 def test_flights_that_were_lost_are_counted_and_not_averaged() -> None:
-    found = spread_of([*flown(3.0, lost=2), Flown(None, "refused.")], "tilt_mean_deg")
+    found = spread_of([*flown(3.0, lost=2), FlightResult(None, "refused.")], "tilt_mean_deg")
     assert (found.mean, found.flights, found.completed) == (3.0, 4, 1)
     assert math.isnan(found.half_width)
     nothing = spread_of(flown(lost=2), "tilt_mean_deg")
     assert math.isnan(nothing.mean)
-    assert spread_words(nothing) == "none of 2"
+    assert spread_text(nothing) == "none of 2"
 
 
 @pytest.mark.parametrize(("met", "of"), [(0, 10), (3, 10), (10, 10), (1, 2)])
@@ -56,15 +56,15 @@ def test_the_interval_of_a_share_is_wilsons(met: int, of: int) -> None:
     ],
 )  # fmt: skip
 def test_spreads_in_words(spread: Spread, text: str) -> None:
-    assert spread_words(spread) == text
+    assert spread_text(spread) == text
 
 
 def test_differences_in_words() -> None:
-    assert difference_words(0.0) == "none"
-    assert difference_words(None) == "—"
-    assert difference_words(-0.98) == "50 × smaller"
-    assert difference_words(0.056) == "+5.6 %"
-    assert range_words(math.nan, math.nan, math.nan) == "—"
+    assert difference_text(0.0) == "none"
+    assert difference_text(None) == "—"
+    assert difference_text(-0.98) == "50 × smaller"
+    assert difference_text(0.056) == "+5.6 %"
+    assert range_text(math.nan, math.nan, math.nan) == "—"
 
 
 def test_formulas_go_there_and_back() -> None:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LOSSES,
     SHOWN,
@@ -21,35 +16,27 @@ from tests.unit.findings_parts import (
     above_the_bound,
     assert_rows,
     bound_J,
-    findings,
-    flown,
     kept,
+    made_up_page,
+    made_up_results,
     mean,
     shown,
     signed,
+    table,
+    text_of,
     values_of,
 )
 
-import omnimorph as om
-from omnimorph.report.tables import number, plant_table, trajectory_table
-from omnimorph.studies.flight_log import Flown
-from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction import page, page_tables
-from omnimorph.studies.reproduction.design import CounterExample
-from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
-from omnimorph.studies.reproduction.key_numbers import key_table
+from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
-from omnimorph.studies.reproduction.markdown import results_text, titled
-from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.spread import spread_of
-from omnimorph.studies.reproduction.verdicts import Basis, judge
-from omnimorph.studies.reproduction.words import mean_words
+from omnimorph.studies.reproduction.wording import mean_text
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 def test_hypotheses_and_what_speaks_against_them() -> None:
-    found = findings().hypotheses
+    found = made_up_results().hypotheses
     keys = [
         f"{kind}_error_{case}" for kind in ("position", "attitude") for case in ("a", "b", "w3")
     ]
@@ -68,7 +55,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         for claim, k in zip(claims, factor, strict=True):
             flights = one.flown[claim.about["scenario"]]
             own = spread_of(flights, claim.about["metric"], SHOWN[claim.about["metric"]])
-            cells.append(mean_words(own, k))
+            cells.append(mean_text(own, k))
             near += abs(own.mean / (claim.value or 0.0) - 1.0) <= 0.1
         assert within in (None, near)
         rows.append([one.label, *cells, f"{near} of 6", standing])
@@ -88,7 +75,7 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         assert (data["explained"], data["objections"]) == (near, told)
         assert data["ratio_of_position_errors"] == pytest.approx(b / a)
     assert_rows(
-        hypothesis_table(found),
+        table("hypotheses", found),
         rows,
         "",
         "A (mm)",
@@ -100,14 +87,14 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         "within 10 %",
         "verdict",
     )
-    assert_rows(objection_table(found), against, "", "position error, B over A", "against it")
+    assert_rows(table("objections", found), against, "", "position error, B over A", "against it")
 
 
 # --- less thrust ----------------------------------------------------------------------------------
 
 
 def test_losses_and_their_data() -> None:
-    found = findings().degraded
+    found = made_up_results().degraded
     rows = []
     for one, data in zip(found.losses, found.as_dict()["losses"], strict=True):
         n = len(one.flown)
@@ -126,7 +113,7 @@ def test_losses_and_their_data() -> None:
         for metric in ("position_error_mean_m", "attitude_error_paper"):
             assert data[metric]["mean"] == pytest.approx(values_of(one.flown, metric).mean())
     assert_rows(
-        page_tables.losses_table(found),
+        table("losses", found),
         rows,
         "",
         "speed limit (Hz)",
@@ -138,7 +125,7 @@ def test_losses_and_their_data() -> None:
 
 
 def test_frontiers_and_dead_rotors_and_their_data() -> None:
-    found = findings().degraded
+    found = made_up_results().degraded
     data = found.as_dict()
     rows = []
     for one, told in zip(found.frontiers, data["frontiers"], strict=True):
@@ -158,7 +145,7 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         assert told["physical_limit"] == one.physical_limit
         assert told["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
     assert_rows(
-        page_tables.frontier_table(found),
+        table("frontier", found),
         rows,
         "",
         "criterion",
@@ -170,19 +157,20 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         [f"{WORDS[name]}, {criterion}", *(f"{met} of {of}" for met, of in shares)]
         for (name, criterion), shares in found.dead.items()
     ]
-    assert_rows(page_tables.dead_rotor_table(found), dead, "", *(f"rotor {k}" for k in range(8)))
+    assert_rows(table("dead", found), dead, "", *(f"rotor {k}" for k in range(8)))
     told = [(one["scenario"], one["criterion"], one["shares"]) for one in data["dead_rotor"]]
     assert told == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
     expected = ("Case A with 35 % less", "Case B with 35 % less", "Case B with 30 % less")
-    assert page._degraded_words(findings()) == ", ".join(expected)
-    assert list(findings().degraded_runs) == list(LOSSES)
+    healthy = "Errors with less thrust (solid) beside the healthy flights (dotted): "
+    assert f"{healthy}{', '.join(expected)}." in text_of(made_up_page())
+    assert list(made_up_results().degraded_runs) == list(LOSSES)
 
 
 # --- choosing the tilt ----------------------------------------------------------------------------
 
 
 def test_methods_to_choose_the_tilt_and_their_data() -> None:
-    found = findings().tilt_choice
+    found = made_up_results().tilt_choice
     data = found.as_dict()
     rows = []
     for one, told in zip(found.choices, data["choices"], strict=True):
@@ -203,7 +191,7 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
     tilt = float(np.degrees(np.mean(found.lower_bound.tilt)))
     rows.append(["lower bound", *2 * [number(bound_J() / TURN), "", number(tilt, 3), ""]])
     assert_rows(
-        page_tables.tilt_choice_table(found),
+        table("tilt_choice", found),
         rows,
         "",
         *(
@@ -220,7 +208,7 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
 
 
 def test_gaps_and_their_data() -> None:
-    found = findings().tilt_choice
+    found = made_up_results().tilt_choice
     rows = []
     for one, told in zip(found.gaps, found.as_dict()["gaps"], strict=True):
         above = float(np.mean(one.gap > 0.01))
@@ -236,147 +224,9 @@ def test_gaps_and_their_data() -> None:
             "largest": one.gap.max(),
         }
     assert_rows(
-        page_tables.gap_table(found),
+        table("gaps", found),
         rows,
         "beside",
         "median of its excess cost (%)",
         "steps that cost over 1 % more (%)",
     )
-
-
-# --- claims, examples, provenance -----------------------------------------------------------------
-
-
-def test_claims_stand_beside_what_was_found() -> None:
-    judged = [
-        judge("drag_energy_a", basis=Basis.FLOWN, why="Why one.", command="", here=1900.0,
-              low=1880.0, high=1930.0),
-        judge("hover_lost_at", basis=Basis.DERIVED, why="Why two.", command="", here=72.49),
-        judge("energy_order", basis=Basis.FLOWN, why="Why three.", command="", found="A < B",
-              holds=False),
-    ]  # fmt: skip
-    for row in judged:
-        told = row.as_dict()
-        assert told.pop("paper") == row.claim.value
-        assert told.pop("verdict") == row.verdict.value
-        for key in ("key", "text", "where", "rule", "unit"):
-            assert told.pop(key) == getattr(row.claim, key)
-        assert told == {key: getattr(row, key) for key in told}
-        assert len(told) == 8
-    one, two, three = (row.claim.text for row in judged)
-    expected = [
-        [one, "number", "2081 “J”", "1900 (1880 … 1930) “J”", "−8.7 %", "predicted"],
-        [two, "number", "72°", "72.49°", "+0.7 %", "predicted"],
-        [three, "order", "", "A < B", "", "contradicted"],
-    ]
-    expected[0][2] = f"{number(CLAIMS['drag_energy_a'].value, 5)} “J”"
-    assert_rows(
-        page_tables.claims_table(judged),
-        expected,
-        "the paper says",
-        "rule",
-        "its number",
-        "here",
-        "difference",
-        "verdict",
-    )
-
-
-def test_examples_decide_between_two_conditions() -> None:
-    examples = [
-        CounterExample(
-            tilt=math.radians(90.0), thrusts="all alike", paper=5, ours=6, condition="x"
-        ),
-        CounterExample(tilt=0.0, thrusts="none", paper=4, ours=4, condition="y"),
-    ]
-    design: Any = SimpleNamespace(examples=examples)
-    assert_rows(
-        page_tables.example_table(design),
-        [
-            ["90°", "all alike", "5", "6", "x", "counter-example"],
-            ["0°", "none", "4", "4", "y", "agrees"],
-        ],
-        *("tilt", "thrusts", "rank F by the paper", "rank F", "it is higher if and only if", ""),
-    )
-
-
-def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> None:
-    hover, tour = (om.load_scenario(name) for name in ("hover", "tour"))
-    lost = [flown("lost", duration_s=time) for time in (3.0, 1.5)]
-    groups = {
-        "one": [
-            (Job(hover, 0), flown()),
-            (Job(hover, 1), lost[0]),
-            (Job(hover, 2), lost[1]),
-            (Job(tour, 0), Flown(None, "refused")),
-        ],
-        "two": [(Job(tour, 1), flown("not_finite", duration_s=0.25))],
-    }
-    assert_rows(
-        page_tables.failed_table(groups),
-        [
-            ["one", "hover", "lost", "2 of 3", "1.5 … 3.0"],
-            ["one", "tour", "refused", "1 of 1", "—"],
-            ["two", "tour", "not finite", "1 of 1", "0.2 … 0.2"],
-        ],
-        *("flown for", "flight", "how it ended", "how many", "after (s)"),
-    )
-
-
-def test_provenance_names_what_was_flown() -> None:
-    table = page._provenance_table(FLIGHTS)
-    told = {row[0]: row[1] for row in table.rows}
-    for name in (A, B):
-        run = FLIGHTS.runs[name]
-        assert told[f"{WORDS[name]}, content hash"] == run.content_hash
-        assert told[f"{WORDS[name]}, by itself"] == f"omnimorph fly {name} --seed {2**64 - 1}"
-        assert told[WORDS[name]] == f"scenario {name}, plant realistic, seed {2**64 - 1}"
-    assert told["omnimorph"] == "0.1.0"
-
-
-@pytest.mark.parametrize("quick", [True, False])
-def test_the_command_makes_the_same_page_again(quick: bool) -> None:
-    usual = Plan.quickly() if quick else Plan.whole()
-    words = "omnimorph reproduce --out reproduction" + (" --quick" if quick else "")
-    assert page.command(usual) == words
-
-
-def test_each_table_of_the_page_stands_under_its_own_name() -> None:
-    design: Any = SimpleNamespace(analysis=SimpleNamespace(at=()), examples=())
-    found = replace(findings(), design=design)
-    built = page._tables(found, [], {})
-    flights, degraded, choice = found.flights, found.degraded, found.tilt_choice
-    expected = {
-        "key": key_table(found),
-        "energy": page_tables.energy_table(flights),
-        "errors": page_tables.error_table(flights),
-        "hypotheses": hypothesis_table(found.hypotheses),
-        "objections": objection_table(found.hypotheses),
-        "ablation": page_tables.ablation_table(found.ablation),
-        "lag": page_tables.lag_table(found.ablation.lag, flights),
-        "variants": page_tables.variant_table(flights),
-        "wakes": page_tables.wake_table(flights),
-        "losses": page_tables.losses_table(degraded),
-        "frontier": page_tables.frontier_table(degraded),
-        "dead": page_tables.dead_rotor_table(degraded),
-        "gaps": page_tables.gap_table(choice),
-        "tilt_choice": page_tables.tilt_choice_table(choice),
-        "actuation": page_tables.actuation_table(design),
-        "examples": page_tables.example_table(design),
-        "trajectory": trajectory_table(flights.runs[A]),
-        "plant": plant_table(flights.runs[A]),
-    }
-    assert {name: built[name] for name in expected} == expected
-    sources = flights.runs[A].vehicle.sources
-    assumed = {name.replace("_", " ") for name, source in sources.items() if source.assumed}
-    shown = {name: {row[0] for row in built[name].rows} for name in ("assumed", "sources")}
-    assert shown["assumed"] == assumed | {"speed max"}
-    assert shown["sources"] == {name.replace("_", " ") for name in sources} - shown["assumed"]
-    assert list(built["metrics"].head) == ["", "Case A", "Case B", "unit"]
-    text = results_text(found, [], "the command")
-    places = [
-        text.index(titled(built[name]))
-        for name in ("energy", "errors", "hypotheses", "objections", "losses", "frontier")
-    ]
-    assert places == sorted(places)
-    assert text.startswith("# The paper's claims beside what comes out here\n\nWritten by `the c")

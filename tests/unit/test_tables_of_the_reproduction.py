@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from tests.unit.findings_parts import (
+from tests.unit.reproduction_parts import (
     CLAIMS,
     LIMITS,
     NAMES,
@@ -20,20 +20,21 @@ from tests.unit.findings_parts import (
     B,
     above_the_bound,
     assert_rows,
-    findings,
+    made_up_page,
+    made_up_results,
     mean,
     per_cent,
     shown,
     signed,
+    table,
+    text_of,
     values_of,
 )
 
 from omnimorph.report.tables import number
-from omnimorph.studies.reproduction import page, page_tables
-from omnimorph.studies.reproduction.key_numbers import key_table
 from omnimorph.studies.reproduction.lost_thrust import KINDS, POSE_KEPT
 
-FLIGHTS = findings().flights
+FLIGHTS = made_up_results().flights
 
 
 # --- flights --------------------------------------------------------------------------------------
@@ -58,10 +59,10 @@ def test_energies() -> None:
                 perfect = FLIGHTS.perfect[name].metrics
                 row.append(number(getattr(perfect, f"{kind}_energy_paper")))
             rows.append(row)
-    table = page_tables.energy_table(FLIGHTS)
-    assert_rows(table, rows, *table.head)
-    assert [head.rsplit(" ", 1)[-1] for head in table.head[1:]] == 2 * ["(“J”)", "(J)", "(“J”)"]
-    assert [head.split()[0] for head in table.head[1:]] == [
+    found = table("energy", FLIGHTS)
+    assert_rows(found, rows, *found.head)
+    assert [head.rsplit(" ", 1)[-1] for head in found.head[1:]] == 2 * ["(“J”)", "(J)", "(“J”)"]
+    assert [head.split()[0] for head in found.head[1:]] == [
         *("rotor", "rotor", "perfect", "acceleration", "acceleration", "perfect"),
     ]
 
@@ -81,9 +82,9 @@ def test_errors() -> None:
             (f"{WORDS[name]}, no rotor momentum", FLIGHTS.without_momentum),
         )
     ]
-    table = page_tables.error_table(FLIGHTS)
+    found = table("errors", FLIGHTS)
     assert_rows(
-        table,
+        found,
         rows,
         "",
         "position error, mean (mm)",
@@ -103,7 +104,7 @@ def test_plants_that_ought_to_agree() -> None:
         numbers = (a.drag_energy_paper, a.tilt_mean_deg, b.drag_energy_paper)
         rows.append([f"step {words}", *map(number, numbers)])
     assert_rows(
-        page_tables.variant_table(FLIGHTS),
+        table("variants", FLIGHTS),
         rows,
         "perfect plant",
         "Case A (“J”)",
@@ -129,7 +130,7 @@ def test_still_air_and_wakes() -> None:
             row.append(f"{number(still, 3)} → {number(wakes, 3)}")
         rows.append(row)
     assert_rows(
-        page_tables.wake_table(FLIGHTS),
+        table("wakes", FLIGHTS),
         rows,
         "",
         "rotor drag energy (“J”)",
@@ -140,7 +141,7 @@ def test_still_air_and_wakes() -> None:
 
 
 def test_key_numbers() -> None:
-    choice = findings().tilt_choice
+    choice = made_up_results().tilt_choice
     rows = []
     for words, metric, claim in (
         ("rotor drag energy (“J”)", "drag_energy_paper", "drag_energy"),
@@ -163,21 +164,21 @@ def test_key_numbers() -> None:
         for name in (A, B):
             (found,) = (
                 one
-                for one in findings().degraded.frontiers
+                for one in made_up_results().degraded.frontiers
                 if (one.scenario, one.kind, one.criterion, one.speed_limit)
                 == (name, KINDS[0], POSE_KEPT, limit)
             )
             row += [" to ".join(f"{100.0 * end:.1f}" for end in found.bracket), "—"]
         rows.append(row)
-    table = key_table(findings())
-    assert_rows(table, rows, "", "Case A, here", "the paper", "Case B, here", "the paper")
+    shown_table = table("key", made_up_results())
+    assert_rows(shown_table, rows, "", "Case A, here", "the paper", "Case B, here", "the paper")
 
 
 # --- why ------------------------------------------------------------------------------------------
 
 
 def test_ablation_and_its_data() -> None:
-    found = findings().ablation
+    found = made_up_results().ablation
     rows = [
         [
             f"{one.group}: {one.label}",
@@ -189,7 +190,7 @@ def test_ablation_and_its_data() -> None:
         for one in found.conditions
     ]
     assert_rows(
-        page_tables.ablation_table(found),
+        table("ablation", found),
         rows,
         "",
         "tilt, mean (°)",
@@ -211,7 +212,7 @@ def test_ablation_and_its_data() -> None:
 
 
 def test_a_reference_without_feed_forward() -> None:
-    lag = findings().ablation.lag
+    lag = made_up_results().ablation.lag
     rows = []
     for words, claim, metric, closed in (
         ("‖e_R‖", "attitude_error", "attitude_error_paper", 0.21 * 13.0 / 43.0),
@@ -231,7 +232,7 @@ def test_a_reference_without_feed_forward() -> None:
                 ]
             )
     assert_rows(
-        page_tables.lag_table(lag, FLIGHTS),
+        table("lag", lag, FLIGHTS),
         rows,
         "mean error",
         "the paper",
@@ -241,12 +242,8 @@ def test_a_reference_without_feed_forward() -> None:
         "difference",
     )
     sines = [CLAIMS[f"attitude_error_{case}"].value or 0.0 for case in ("a", "b", "w3")]
-    assert page._lag(lag) == {
-        "attitude_time": "0.21",
-        "position_time": "0.31",
-        "turned": "13",
-        "path_length": "1.7",
-        "duration": "43",
-        "shortest": number(0.21 * 13.0 / max(sines), 3),
-        "longest": number(0.21 * 13.0 / min(sines), 3),
-    }
+    text = text_of(made_up_page())
+    assert "it lags by the ratio of its gains, 0.21 s in attitude and 0.31 s in position." in text
+    assert "0.21 s × 13 rad ÷ 43 s for the attitude, 0.31 s × 1.7 m ÷ 43 s for the pos" in text
+    shortest, longest = (number(0.21 * 13.0 / f(sines), 3) for f in (max, min))
+    assert f"attitude errors takes {shortest} to {longest} s, a second estimate" in text

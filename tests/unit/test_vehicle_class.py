@@ -116,7 +116,7 @@ def test_servos_that_tilt_alone_are_not_judged_by_a_common_tilt(name: str) -> No
     rows = list(explored(name).values())
     assert [row.key for row in rows][:4] == ["class", "free-radius", "free-lateral", "kind"]
     assert rows[1].values == [f"{found.radius_over_weight:.3g}"]
-    assert rows[3].words == "class at the tilts set, as all below"
+    assert rows[3].label == "class at the tilts set, as all below"
 
 
 @pytest.mark.parametrize(

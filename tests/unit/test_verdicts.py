@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 import omnimorph as om
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flight_claims import judge_flights
 from omnimorph.studies.reproduction.flights import SCENARIOS, PaperFlights
@@ -16,7 +16,7 @@ from omnimorph.studies.reproduction.hypotheses import CASES, Hypothesis
 from omnimorph.studies.reproduction.verdicts import RULES, Basis, Verdict, judge, verdict_of
 
 HOVER = om.fly(om.load_scenario("hover"))
-LOST = Flown(replace(HOVER.metrics, outcome="lost"))
+LOST = FlightResult(replace(HOVER.metrics, outcome="lost"))
 
 
 def test_every_claim_has_a_rule_that_is_stated() -> None:
@@ -82,4 +82,4 @@ def test_flights_of_which_none_was_completed_settle_nothing() -> None:
     rows = judge_flights(flights, [hypothesis])
     assert {row.verdict for row in rows} == {Verdict.ASSUMED}
     for row in rows:
-        assert "nan" not in f"{row.found} {row.why} {row.in_words}"
+        assert "nan" not in f"{row.found} {row.why} {row.sentence}"

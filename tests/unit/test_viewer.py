@@ -167,8 +167,8 @@ def test_colours_of_several_servos_mean_the_same_in_both_flights() -> None:
     key = dict(tilts.key)
     for curve in tilts.curves:
         servo = curve.label.split(" ", 1)[1]
-        assert curve.look["stroke"] == colours.css(key[servo])
-        assert ("dash" in curve.look) == curve.label.startswith("b")
+        assert curve.style["stroke"] == colours.css(key[servo])
+        assert ("dash" in curve.style) == curve.label.startswith("b")
     assert {"solid: a", "dashed: b"} <= key.keys()
 
 

@@ -47,7 +47,7 @@ def test_a_plot_has_the_title_the_lines_and_the_limits_of_its_chart(server: Any)
         assert [one["label"] for one in series] == [*labels, "now"]
         assert len(handle.data) == len(series) + 1
         for one, curve in zip(series, chart.curves, strict=False):
-            assert {name: one[name] for name in curve.look} == curve.look
+            assert {name: one[name] for name in curve.style} == curve.style
 
 
 def test_the_key_of_a_chart_has_the_colours_of_its_curves() -> None:
@@ -56,8 +56,8 @@ def test_the_key_of_a_chart_has_the_colours_of_its_curves() -> None:
         for curve in chart.curves:
             flight, _, part = curve.label.partition(" ")
             word = part.removeprefix("rotor ") if part.startswith("rotor") else flight
-            assert curve.look["stroke"] == colours.css(key[word]), (chart.title, curve.label)
-            assert ("dash" in curve.look) == (flight == "b")
+            assert curve.style["stroke"] == colours.css(key[word]), (chart.title, curve.label)
+            assert ("dash" in curve.style) == (flight == "b")
         assert ("dotted: limits" in key) == bool(chart.limits)
     assert [chart.key for chart in charts_of(FLIGHTS[:1])[:2]] == [(), ()]
 
@@ -253,7 +253,7 @@ def test_the_class_is_that_of_all_tilts_and_of_this_one() -> None:
     numbers = (view.platform.radius_over_weight, view.platform.lateral_over_weight)
     assert [row.values[0] for row in many] == [everywhere, *(f"{n:.3g}" for n in numbers), here]
     (only,) = _class_rows(view._replace(platform=replace(view.platform, n_servos=0)))
-    assert (only.words, only.values) == ("class", [here])
+    assert (only.label, only.values) == ("class", [here])
 
 
 def test_a_legend_says_what_grey_means_only_where_there_is_some() -> None:

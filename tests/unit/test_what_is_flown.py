@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.findings_parts import LIMITS, W3, A, B, flown
+from tests.unit.reproduction_parts import LIMITS, W3, A, B, flown
 
 import omnimorph as om
 from omnimorph.reference.pose_only import PoseOnly
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import ablation, degraded, frontier, hypotheses, lost_thrust
 from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT
@@ -33,12 +33,12 @@ class Asked:
     def __init__(self) -> None:
         self.jobs: list[Job] = []
 
-    def __call__(self, jobs: Sequence[Job], words: str) -> list[Flown]:
+    def __call__(self, jobs: Sequence[Job], words: str) -> list[FlightResult]:
         begin = len(self.jobs)
         self.jobs += jobs
-        return [Flown(None, f"{k}") for k in range(begin, len(self.jobs))]
+        return [FlightResult(None, f"{k}") for k in range(begin, len(self.jobs))]
 
-    def of(self, flights: Sequence[Flown], seeds: range) -> Scenario:
+    def of(self, flights: Sequence[FlightResult], seeds: range) -> Scenario:
         """Return the scenario of some flights, which are one for each seed."""
         jobs = [self.jobs[int(one.failure)] for one in flights]
         assert [job.seed for job in jobs] == list(seeds)
@@ -214,7 +214,7 @@ def test_a_search_ends_where_half_of_the_flights_are_lost() -> None:
     astray, lost = flown(position_error_max_m=0.2), flown("lost")
     asked = Asked()
 
-    def fly(jobs: Sequence[Job], words: str) -> list[Flown]:
+    def fly(jobs: Sequence[Job], words: str) -> list[FlightResult]:
         asked(jobs, words)
         most = [lost_of(job.scenario).max() for job in jobs]
         return [held if one < 0.2 else astray if one < 0.4 else lost for one in most]

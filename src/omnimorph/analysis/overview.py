@@ -295,12 +295,12 @@ def _rows(
         reasons += [(begin, "omnidirectional from here"), (end, "up to here")]
     if inscribed_radius(vehicle, best, zero_moment=True) > 0.0:
         reasons.append((best, "largest radius"))
-    told: dict[float, list[str]] = {}
+    by_tilt: dict[float, list[str]] = {}
     for tilt, reason in sorted(reasons):
         if limits[0] - 1e-9 <= tilt <= limits[1] + 1e-9:
-            near = next((known for known in told if abs(known - tilt) < _SAME), tilt)
-            told.setdefault(near, []).append(reason)
-    return [(np.full(vehicle.n_servos, tilt), ", ".join(why)) for tilt, why in told.items()]
+            near = next((known for known in by_tilt if abs(known - tilt) < _SAME), tilt)
+            by_tilt.setdefault(near, []).append(reason)
+    return [(np.full(vehicle.n_servos, tilt), ", ".join(why)) for tilt, why in by_tilt.items()]
 
 
 def _at(vehicle: Vehicle, tilt: FloatArray, why: str) -> AtTilt:

@@ -195,7 +195,7 @@ def _section(vehicle: Vehicle, C: FloatArray, E: FloatArray, e: FloatArray) -> P
     hull = _Hull(both * box.half)
     k = len(C)
     reach = hull.normals @ centre
-    # As unit vectors: what part of a normal belongs to x and what to the equations can be told.
+    # As unit vectors, so that the part of a normal for x is separated from that for the equations.
     length = np.sqrt(np.einsum("fk,fk->f", hull.normals, hull.normals))
     half = hull.normals / length[:, None]
     normals = np.concatenate([half, -half])

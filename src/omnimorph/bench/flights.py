@@ -54,7 +54,7 @@ def time_loops() -> LoopTimes:
     whole = time.perf_counter() - began
     other = fly(case_b, plant="perfect")
     began = time.perf_counter()
-    told = textbook.fly(
+    reference = textbook.fly(
         load_vehicle("omnimorph"),
         textbook.paper_reference(),
         textbook.PAPER_GAINS,
@@ -64,14 +64,14 @@ def time_loops() -> LoopTimes:
     )
     textbook_time = time.perf_counter() - began
     realistic = fly(case_a)
-    steps = len(told.time) - 1
+    steps = len(reference.time) - 1
     return LoopTimes(
         core_case_a=_steps_per_second(run),
         core_case_b=_steps_per_second(other),
         whole_call_case_a=(len(run.time) - 1) / whole,
         textbook=steps / textbook_time,
         realistic=realistic.performance.wall_time,
-        difference=float(np.abs(run.p_WB[: steps + 1] - told.p_WB).max()),
+        difference=float(np.abs(run.p_WB[: steps + 1] - reference.p_WB).max()),
     )
 
 

@@ -117,11 +117,11 @@ class BenchReport:
         lines = []
         for row in rows:
             numbers = [cell.rjust(width) for cell, width in zip(row[:3], widths, strict=False)]
-            words = [cell.ljust(width) for cell, width in zip(row[3:], widths[3:], strict=True)]
-            lines.append("  ".join([*numbers, *words]).rstrip())
-        told = [f"{name}: {text}" for name, text in self.provenance.items()]
+            texts = [cell.ljust(width) for cell, width in zip(row[3:], widths[3:], strict=True)]
+            lines.append("  ".join([*numbers, *texts]).rstrip())
+        origin = [f"{name}: {text}" for name, text in self.provenance.items()]
         notes = ["", *self.notes] if self.notes else []
-        return "\n".join([*lines, *notes, "", *told])
+        return "\n".join([*lines, *notes, "", *origin])
 
 
 def shown(value: float) -> str:

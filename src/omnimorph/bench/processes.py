@@ -58,5 +58,5 @@ def _cost_of(arguments: Sequence[str]) -> ProcessCost:
         answer, complaint = process.communicate()
     if process.returncode != 0:
         raise RuntimeError(f"{' '.join(arguments)} failed: {complaint.strip()}")
-    told = json.loads(answer)
-    return ProcessCost(told["wall_s"], told["memory_MB"])
+    cost = json.loads(answer)
+    return ProcessCost(cost["wall_s"], cost["memory_MB"])

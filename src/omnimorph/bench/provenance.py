@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 
-from omnimorph import __version__
+from omnimorph.version import __version__
 
 __all__ = ["provenance_of_machine"]
 

@@ -136,10 +136,10 @@ def _as_text(analysis: VehicleAnalysis) -> str:
 
 def _class_lines(analysis: VehicleAnalysis) -> list[str]:
     """Return what the vehicle is over all its tilts; how it is judged below, if otherwise."""
-    from omnimorph.report.analysis_words import judged_words, over_all_tilts_words
+    from omnimorph.report.analysis_text import judged_text, over_all_tilts_text
 
-    over_all = f"Class: {over_all_tilts_words(analysis.platform)}."
-    return textwrap.wrap(judged_words(analysis.platform) or over_all, _WIDTH)
+    over_all = f"Class: {over_all_tilts_text(analysis.platform)}."
+    return textwrap.wrap(judged_text(analysis.platform) or over_all, _WIDTH)
 
 
 _WIDTH = 110
@@ -211,13 +211,13 @@ def _wake_lines(analysis: VehicleAnalysis) -> list[str]:
     if wakes is None:
         return []
     ends = (0,) if len(wakes.tilt) == 1 else (0, -1)
-    told = ", ".join(
+    found = ", ".join(
         f"{console.number(wakes.power[k], 4)} W instead of "
         f"{console.number(wakes.power_still[k], 4)} W at {_deg(wakes.tilt[k])}°"
         for k in ends
     )
     pairs = console.counted(len(wakes.pairs), "pair")
-    return ["", f"Interference: {pairs} of rotors in line; hovering level takes {told}."]
+    return ["", f"Interference: {pairs} of rotors in line; hovering level takes {found}."]
 
 
 def _trade_lines(analysis: VehicleAnalysis) -> list[str]:
@@ -227,14 +227,14 @@ def _trade_lines(analysis: VehicleAnalysis) -> list[str]:
     tilts = [("in still air", trade.break_even)]
     if analysis.wakes is not None:
         tilts.append(("with interference", trade.break_even_in_wakes))
-    told = ", ".join(
+    found = ", ".join(
         f"{where} beyond {_deg(tilt)}°" if tilt is not None else f"{where} never"
         for where, tilt in tilts
     )
     return [
         "",
         f"Its tilt mechanism is {trade.own:.2%} of the rest; against a vehicle with a fixed tilt "
-        f"it pays {told}.",
+        f"it pays {found}.",
     ]
 
 

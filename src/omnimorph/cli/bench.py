@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--peers",
         action="store_true",
-        help="compare with solvers and simulators instead, those that are installed",
+        help="in a checkout of the repository: compare with the solvers and simulators installed",
     )
 
 
@@ -34,15 +34,15 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Measure everything and say what came out."""
     with console.Progress("measuring") as progress:
         if options.peers:
-            from omnimorph.bench.peers import measure_peers
+            from omnimorph.bench.checkout import import_peers
 
-            report = measure_peers(progress, rounds=options.rounds)
+            report = import_peers().measure_peers(progress, rounds=options.rounds)
         else:
             from omnimorph.bench import measure
 
             report = measure(progress, rounds=options.rounds)
     numbers = console.table(report.as_rows(), header=report.COLUMNS, align="rrrll")
     origin = console.table([[f"{name}:", text] for name, text in report.provenance.items()])
-    told = "".join(f"{note}\n" for note in report.notes)
-    more = told or "`omnimorph bench --peers` compares with others on this machine.\n"
+    notes = "".join(f"{note}\n" for note in report.notes)
+    more = notes or "`omnimorph bench --peers` compares with others on this machine.\n"
     return console.Answer(text=f"{numbers}\n\n{more}\n{origin}", data=report.as_dict())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder
+from omnimorph.version import __version__
 
 if TYPE_CHECKING:
     from omnimorph.studies.comparison import Compared
@@ -54,7 +55,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     where = "`--out DIR` writes the page with the figures."
     if options.out is not None:
         command = " ".join(["omnimorph compare", *options.vehicles])
-        where = f"The page: {write_comparison(rows, options.out, command, om.__version__)}"
+        where = f"The page: {write_comparison(rows, options.out, command, __version__)}"
     header = ["vehicle", "rotors", "servos", "kg", "radius", "sideways", "W/kg", "mm", "class"]
     text = console.table([_row(row) for row in rows], header=header, align="lrrrrrrrl")
     notes = (

@@ -88,10 +88,10 @@ def _watched(options: argparse.Namespace, scenario: Scenario, out: Path) -> cons
     with served(options) as server:
         page = LivePage(server, scenario, options.seed)
         announce(server, options, "it flies once you look, and ends when you have looked")
-        told = _kept(scenario, page.fly(), out)
+        answer = _kept(scenario, page.fly(), out)
         with suppress(KeyboardInterrupt):
             page.serve()
-    return told
+    return answer
 
 
 def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:

@@ -22,7 +22,6 @@ from importlib import import_module
 from types import ModuleType
 from typing import NoReturn
 
-from omnimorph import __version__
 from omnimorph.cli import (
     analyze,
     bench,
@@ -41,6 +40,7 @@ from omnimorph.cli import (
     view,
 )
 from omnimorph.errors import InputError, nearest_name
+from omnimorph.version import __version__
 
 __all__ = ["COMMANDS", "main"]
 

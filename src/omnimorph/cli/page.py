@@ -91,8 +91,8 @@ def closing(server: Any) -> Iterator[Any]:
 
 
 def _tell_fault(error: Exception) -> None:
-    told = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
-    console.complain(f"a fault of the page, which is ours: {told}")
+    reason = textwrap.shorten(f"{type(error).__name__}: {error}", 200)
+    console.complain(f"a fault of the page, which is ours: {reason}")
 
 
 def _has_a_screen() -> bool:

@@ -211,7 +211,7 @@ def _reasons(
         "pitch": (attitude[1], able.angular[1], _ATTITUDE_ERROR, "rad/s²", "5°"),
         "yaw": (attitude[2], able.angular[2], _ATTITUDE_ERROR, "rad/s²", "5°"),
     }
-    told = []
+    sentences = []
     for name, (chosen, most, error, unit, shown) in spare.items():
         if name == "sideways" and able.leans:
             reason = "it moves so by leaning, slower than the attitude that leans it"
@@ -224,7 +224,9 @@ def _reasons(
                 f"{shown} of error then ask for {chosen**2 * error:.3g} of the {most:.3g} {unit}"
             )
             reason = f"{by_lag}; {asked} to spare"
-        told.append(f"{name}: k = {chosen**2:.4g}/s², {reason}.")
+        sentences.append(f"{name}: k = {chosen**2:.4g}/s², {reason}.")
     tilt = ", ".join(f"{angle:.3g}°" for angle in np.degrees(able.tilt))
-    told.append("What there is to spare is that of level hover" + (f" at {tilt}." if tilt else "."))
-    return tuple(told)
+    sentences.append(
+        "What there is to spare is that of level hover" + (f" at {tilt}." if tilt else ".")
+    )
+    return tuple(sentences)

@@ -208,7 +208,7 @@ def _check_command(path: str, speed: str, command: str, columns: dict[str, Float
 
 def _ratio(first: FloatArray, second: FloatArray) -> float:
     """Return how many times the second the first is, as a rule; 1 if both rest all the time."""
-    told = np.abs(second) > max(0.02 * np.abs(second).max(initial=0.0), STILL)
-    if told.any():
-        return float(np.median(np.abs(first[told] / second[told])))
+    moving = np.abs(second) > max(0.02 * np.abs(second).max(initial=0.0), STILL)
+    if moving.any():
+        return float(np.median(np.abs(first[moving] / second[moving])))
     return math.inf if np.abs(first).max(initial=0.0) > STILL else 1.0

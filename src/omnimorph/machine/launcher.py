@@ -42,7 +42,7 @@ def launch(command: list[str]) -> int:
         process.returncode = os.waitstatus_to_exitcode(status)
         _signal(process.pid, signal.SIGKILL)  # what it left behind
     to_MB = 1e-6 if sys.platform == "darwin" else 1024e-6  # bytes there, KiB elsewhere
-    with suppress(BrokenPipeError):  # nobody is left to be told
+    with suppress(BrokenPipeError):  # nobody is left to report to
         sys.stdout.write(json.dumps({"wall_s": wall, "memory_MB": used.ru_maxrss * to_MB}))
         sys.stdout.flush()
     return process.returncode

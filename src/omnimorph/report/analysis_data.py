@@ -19,6 +19,7 @@ from omnimorph.analysis.polytope import Polytope
 from omnimorph.analysis.sweep import TiltSweep
 from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI
+from omnimorph.version import __version__
 
 __all__ = ["ANALYSIS_SCHEMA", "analysis_data", "platform_data"]
 
@@ -28,8 +29,6 @@ ANALYSIS_SCHEMA = "omnimorph.analysis"
 
 def analysis_data(analysis: VehicleAnalysis) -> dict[str, Any]:
     """Return an analysis as dictionaries, lists, texts and finite numbers."""
-    from omnimorph import __version__
-
     vehicle = analysis.vehicle
     return {
         "schema": ANALYSIS_SCHEMA,

@@ -110,8 +110,8 @@ def _sets_over_tilt(analysis: VehicleAnalysis, tilts: FloatArray) -> Figure:
         above.set_title(f"tilt {degrees(tilt)}", pad=1.0)
         panel = picture_panel(figure, left, top - sum(heights), width, heights[1])
         _force_set(panel, one, stage, BLUE, analysis.weight, scale_bar=k == 0)
-        words = f"radius {_alike(one.inscribed_radius, largest)} N"
-        panel.text(0.5, -0.01, words, ha="center", va="top", transform=panel.transAxes)
+        label = f"radius {_alike(one.inscribed_radius, largest)} N"
+        panel.text(0.5, -0.01, label, ha="center", va="top", transform=panel.transAxes)
     set_legend(figure, {"forces at zero moment": BLUE}, _spheres(largest, analysis.weight))
     return figure
 
@@ -134,12 +134,12 @@ def _both_sets(analysis: VehicleAnalysis, tilt: float) -> Figure:
     figure.set_layout_engine(None)
     beside = picture_panel(figure, 0.0, 0.35, widths[0], tall)
     draw_vehicle(beside, vehicle, tilt)
-    for k, (one, words, colour) in enumerate(
+    for k, (one, label, colour) in enumerate(
         ((zero, "at zero moment", BLUE), (free, "moments free", GREEN))
     ):
         panel = picture_panel(figure, widths[0] + k * widths[1], 0.35, widths[1], tall)
         _force_set(panel, one, stage, colour, analysis.weight, scale_bar=k == 0)
-        panel.set_title(f"{words}: radius {number(one.inscribed_radius, 3)} N", pad=2.0)
+        panel.set_title(f"{label}: radius {number(one.inscribed_radius, 3)} N", pad=2.0)
     names = {"forces at zero moment": BLUE, "forces, moments free": GREEN}
     set_legend(figure, names, _spheres(free.inscribed_radius, analysis.weight))
     return figure
@@ -243,7 +243,7 @@ def _mark_ranks(panel: Axes, analysis: VehicleAnalysis) -> None:
         before = share
 
 
-def _tick(panel: Axes, tilt: float, share: float, words: str, up: float) -> None:
+def _tick(panel: Axes, tilt: float, share: float, label: str, up: float) -> None:
     """Mark a tilt, at a share of the width, at the bottom of a panel; the words keep inside."""
     align = "left" if share < 0.08 else "right" if share > 0.92 else "center"
     angle = math.degrees(tilt)
@@ -251,7 +251,7 @@ def _tick(panel: Axes, tilt: float, share: float, words: str, up: float) -> None
     panel.plot([angle], [0.0], linestyle="none", zorder=5, **mark)
     shift = {"left": 17.0, "right": -17.0, "center": 0.0}[align]
     at: dict[str, Any] = {"textcoords": "offset points", "ha": align, "bbox": VEIL}
-    panel.annotate(words, (angle, 0.0), (shift, up), **at)
+    panel.annotate(label, (angle, 0.0), (shift, up), **at)
 
 
 @styled
@@ -322,8 +322,8 @@ def wakes(analysis: VehicleAnalysis) -> Figure:
     return figure
 
 
-def _line(panel: Axes, tilt: FloatArray, values: FloatArray, look: dict[str, Any]) -> None:
-    panel.plot(np.degrees(tilt), np.where(np.isfinite(values), values, np.nan), **look)
+def _line(panel: Axes, tilt: FloatArray, values: FloatArray, options: dict[str, Any]) -> None:
+    panel.plot(np.degrees(tilt), np.where(np.isfinite(values), values, np.nan), **options)
 
 
 def _mark_limits(panels: Sequence[Axes], analysis: VehicleAnalysis) -> None:
@@ -371,9 +371,9 @@ def _mark_paper_tilts(panel: Axes, vehicle: Vehicle, trade: Trade) -> None:
     for tilt, share in zip(PAPER_TILTS, shares, strict=True):
         if math.isfinite(share):
             panel.plot([tilt], [share], "o", color=BLUE, markersize=4.0)
-            words = f"{number(share, 3)} % at {tilt:g}°"
+            label = f"{number(share, 3)} % at {tilt:g}°"
             at: dict[str, Any] = {"textcoords": "offset points", "ha": "right"}
-            panel.annotate(words, (tilt, share), (-5.0, 6.0), color=BLUE, **at)
+            panel.annotate(label, (tilt, share), (-5.0, 6.0), color=BLUE, **at)
 
 
 def _mark_own(panel: Axes, trade: Trade, own: float) -> None:

@@ -12,16 +12,17 @@ from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.report import analysis_figures, attitude_figures
 from omnimorph.report.analysis_summary import description, ignored, key_points
-from omnimorph.report.analysis_words import (
-    condition_words,
-    count_words,
+from omnimorph.report.analysis_text import (
+    condition_text,
+    count_text,
     rows_by_tilt,
-    singular_words,
+    singular_text,
 )
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import save_svg
-from omnimorph.report.tables import Table, degrees, number, source_table, tilt_words
+from omnimorph.report.tables import Table, degrees, number, source_table, tilt_text
 from omnimorph.results.atomic import write_text
+from omnimorph.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -122,8 +123,6 @@ def _hovers_somewhere(analysis: VehicleAnalysis) -> bool:
 
 
 def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[str, Any]:
-    from omnimorph import __version__
-
     vehicle, asked = analysis.vehicle, analysis.asked
     used = [name for name in vehicle.sources if name in _USED]
     assumed = [name for name in used if vehicle.sources[name].assumed]
@@ -132,17 +131,17 @@ def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[st
         "title": f"{vehicle.name}: actuation, force sets and hover power",
         "vehicle": vehicle,
         "description": description(analysis),
-        "rotors": count_words(vehicle.n_rotors, "rotor"),
+        "rotors": count_text(vehicle.n_rotors, "rotor"),
         "servos": "the servo" if vehicle.n_servos == 1 else "the servos",
         "points": key_points(analysis),
         "pictures": pictures,
         "varied": _varied(analysis),
-        "asked": tilt_words(asked.tilt),
+        "asked": tilt_text(asked.tilt),
         "asked_flat": asked.force_zero.dimension < 3,
         "moment_radius": asked.moment.inscribed_radius,
         "by_tilt": _tilt_table(analysis),
         "conditions": _condition_table(analysis),
-        "singular": singular_words(analysis),
+        "singular": singular_text(analysis),
         "limit": degrees(analysis.limits[1]),
         "beyond": bool(analysis.sweep.tilt[-1] > analysis.limits[1] + 1e-6),
         "with_wakes": analysis.wakes is not None,
@@ -167,7 +166,7 @@ def _tilt_table(analysis: VehicleAnalysis) -> Table:
     rows = [[label, *(column[label] for column in columns)] for label in labels]
     if not analysis.vehicle.n_servos:
         return Table("Actuation, force sets and hover power.", ["", "value"], rows)
-    head = ["tilt", *(tilt_words(one.tilt) for one, _ in shown)]
+    head = ["tilt", *(tilt_text(one.tilt) for one, _ in shown)]
     caption = "Actuation, force sets and hover power at the tilts of interest"
     caption += "." if analysis.vehicle.n_servos == 1 else ", all servos together."
     return Table(caption, head, rows)
@@ -215,8 +214,8 @@ def _condition_table(analysis: VehicleAnalysis) -> Table:
         if one.actuation.rank_thrust == 6:
             continue
         named = zip(analysis.vehicle.servo_name, one.actuation.conditions, strict=True)
-        told = [(f"{name}: " if several else "") + condition_words(rows) for name, rows in named]
-        rows.append([tilt_words(one.tilt), str(one.actuation.rank_thrust), "; ".join(told)])
+        sums = [(f"{name}: " if several else "") + condition_text(rows) for name, rows in named]
+        rows.append([tilt_text(one.tilt), str(one.actuation.rank_thrust), "; ".join(sums)])
     head = ["tilt", "rank of A", f"moving {'a' if several else 'the'} servo adds a direction if"]
     caption = "Where thrusts alone cannot change all six directions: when the tilt helps."
     return Table(caption, head, rows if analysis.vehicle.n_servos else [])

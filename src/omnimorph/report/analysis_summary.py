@@ -12,15 +12,15 @@ import numpy as np
 
 from omnimorph.analysis.actuation import ThrustKind
 from omnimorph.analysis.overview import VehicleAnalysis, WakeEffect
-from omnimorph.report.analysis_words import (
-    count_words,
-    intervals_words,
-    judged_words,
+from omnimorph.report.analysis_text import (
+    count_text,
+    intervals_text,
+    judged_text,
     listed,
-    lost_words,
-    singular_words,
+    lost_text,
+    singular_text,
 )
-from omnimorph.report.tables import degrees, number, tilt_words
+from omnimorph.report.tables import degrees, number, tilt_text
 from omnimorph.units import from_SI
 
 __all__ = ["KeyPoint", "description", "ignored", "key_points"]
@@ -37,14 +37,14 @@ def description(analysis: VehicleAnalysis) -> str:
     """Return what the vehicle is, in a sentence: rotors, servos, weight, limits of the thrusts."""
     vehicle = analysis.vehicle
     low, high = float(vehicle.thrust_min.min()), float(vehicle.thrust_max.max())
-    servos = count_words(vehicle.n_servos, "servo")
+    servos = count_text(vehicle.n_servos, "servo")
     if vehicle.n_servos:
         least, most = analysis.limits
         reach = f"from {degrees(least)} to {degrees(most)}" if most > least else degrees(least)
         servos += f" (tilt {reach}{', which all reach' if vehicle.n_servos > 1 else ''})"
     each = "its rotor gives" if vehicle.n_rotors == 1 else "each rotor gives"
     return _unbroken(
-        f"It has {count_words(vehicle.n_rotors, 'rotor')} and {servos}. It weighs "
+        f"It has {count_text(vehicle.n_rotors, 'rotor')} and {servos}. It weighs "
         f"{number(analysis.weight)} N ({number(vehicle.mass)} kg); {each} {number(low)} to "
         f"{number(high)} N."
     )
@@ -54,7 +54,7 @@ def key_points(analysis: VehicleAnalysis) -> list[KeyPoint]:
     """Return what one has to know of a vehicle, a handful of lines."""
     points = [_omnidirectional(analysis), _level(analysis), _actuation(analysis)]
     if analysis.platform.has_free_tilts:
-        points.insert(0, KeyPoint("All servos at one tilt.", judged_words(analysis.platform)))
+        points.insert(0, KeyPoint("All servos at one tilt.", judged_text(analysis.platform)))
     if analysis.asked.hover.feasible:
         points.append(_moments(analysis))
     if analysis.wakes is not None and np.isfinite(analysis.wakes.power).any():
@@ -119,14 +119,14 @@ def _omnidirectional(analysis: VehicleAnalysis) -> KeyPoint:
         holds = best.actuation.thrust_kind is ThrustKind.OMNIDIRECTIONAL
         return KeyPoint(f"{_yes_or_no(holds)}.", text)
     if len(found.zero_moment):
-        text = f"{intervals_words(found.zero_moment)} at zero moment, which hovering needs; "
-        text += f"{intervals_words(found.free_moment)} with free moments. The radius at zero "
-        text += f"moment is largest at {tilt_words(best.tilt)}: {share}."
+        text = f"{intervals_text(found.zero_moment)} at zero moment, which hovering needs; "
+        text += f"{intervals_text(found.free_moment)} with free moments. The radius at zero "
+        text += f"moment is largest at {tilt_text(best.tilt)}: {share}."
     else:
         text = f"at any tilt within its limits: the largest radius at zero moment is {share}"
-        text += f", at {tilt_words(best.tilt)}." if radius > 0.0 else "."
+        text += f", at {tilt_text(best.tilt)}." if radius > 0.0 else "."
         if len(found.free_moment):
-            text += f" With free moments it would be {intervals_words(found.free_moment)}."
+            text += f" With free moments it would be {intervals_text(found.free_moment)}."
     head = _yes_or_no(len(found.zero_moment) > 0)
     head += " with all servos at one tilt" if analysis.platform.has_free_tilts else ""
     return KeyPoint(head, text + _further(analysis))
@@ -144,7 +144,7 @@ def _further(analysis: VehicleAnalysis) -> str:
         return ""
     if ahead[0, 0] <= limit:
         return f" With more travel it would stay so up to {degrees(ahead[0, 1])} (zero moment)."
-    return f" With more travel it would be so {intervals_words(ahead[:1])} (zero moment)."
+    return f" With more travel it would be so {intervals_text(ahead[:1])} (zero moment)."
 
 
 def _level(analysis: VehicleAnalysis) -> KeyPoint:
@@ -166,7 +166,7 @@ def _level(analysis: VehicleAnalysis) -> KeyPoint:
         text += f" Near {listed(list(dict.fromkeys(best)))} it is cheapest, {number(least)} W."
     everywhere = len(level) == 1 and np.allclose(level[0], limits, atol=1e-6)
     if not everywhere and len(level):
-        text += f" It can do so {intervals_words(level)} only."
+        text += f" It can do so {intervals_text(level)} only."
     return KeyPoint("Hovering level", text)
 
 
@@ -189,19 +189,19 @@ def _level_costs(analysis: VehicleAnalysis) -> list[tuple[float, float]]:
 
 def _actuation(analysis: VehicleAnalysis) -> KeyPoint:
     one = analysis.asked.actuation
-    at = f"at {tilt_words(one.tilt)}: " if analysis.vehicle.n_servos else ""
+    at = f"at {tilt_text(one.tilt)}: " if analysis.vehicle.n_servos else ""
     text = f"{at}{one.vehicle_class} (rank A = {one.rank_thrust}"
     text += f", rank F = {one.rank_full})." if analysis.vehicle.n_servos else ")."
     if one.rank_thrust < 6:
-        text += f" No thrusts make {lost_words(one.lost)}."
-    falls = singular_words(analysis)
+        text += f" No thrusts make {lost_text(one.lost)}."
+    falls = singular_text(analysis)
     text += f" Over a full rotation of the tilt the rank of A falls {falls}." if falls else ""
     return KeyPoint("Actuation" if at else "Actuation:", text)
 
 
 def _moments(analysis: VehicleAnalysis) -> KeyPoint:
     asked = analysis.asked
-    at = f" at {tilt_words(asked.tilt)}" if analysis.vehicle.n_servos else ""
+    at = f" at {tilt_text(asked.tilt)}" if analysis.vehicle.n_servos else ""
     roll, pitch, yaw = (
         number(min(asked.moment.reach(axis), asked.moment.reach(-axis)), 3) for axis in np.eye(3)
     )
@@ -248,9 +248,9 @@ def _mechanism(analysis: VehicleAnalysis) -> KeyPoint:
     tilts: list[tuple[str, float | None]] = [("in still air", trade.break_even)]
     if analysis.wakes is not None:
         tilts.append(("in the rotors' wakes", trade.break_even_in_wakes))
-    told = [
+    pays = [
         f"beyond {degrees(tilt)} {where}" if tilt is not None else f"at no tilt {where}"
         for where, tilt in tilts
     ]
-    text = f"({share}) pays against a vehicle whose tilt is fixed {' and '.join(told)}."
+    text = f"({share}) pays against a vehicle whose tilt is fixed {' and '.join(pays)}."
     return KeyPoint(head, text)

@@ -33,7 +33,7 @@ from omnimorph.report.polytope_drawing import (
     stage_for,
 )
 from omnimorph.report.style import GREY, PURPLE, VEIL, VERMILLION, WIDTH, new_figure, styled
-from omnimorph.report.tables import number, tilt_words
+from omnimorph.report.tables import number, tilt_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -85,7 +85,7 @@ def _power_row(figure: Figure, analysis: VehicleAnalysis, bottom: float) -> None
     power = hover_power(vehicle, asked.tilt, np.vstack([up, alone]))
     # a point of the grid may hit the one attitude of a flat set, which has no area
     power[: len(up)][np.isneginf(inside)] = np.inf
-    tilt = tilt_words(asked.tilt)
+    tilt = tilt_text(asked.tilt)
     panels = _discs(figure, bottom, f"hover power at a tilt of {tilt}" if tilt else "hover power")
     finite = power[np.isfinite(power)]
     if not len(finite):
@@ -140,7 +140,7 @@ def _discs(figure: Figure, bottom: float, title: str) -> list[Axes]:
     from matplotlib.patches import Circle
 
     panels = []
-    for k, words in enumerate(("upright: z up in the middle", "upside down: z down in the middle")):
+    for k, text in enumerate(("upright: z up in the middle", "upside down: z down in the middle")):
         panel = picture_panel(figure, 0.1 + 2.95 * k, bottom + 0.28, 2.85, 2.55)
         panel.set_xlim(-1.285, 1.285)
         panel.set_ylim(-1.15, 1.15)
@@ -161,7 +161,7 @@ def _discs(figure: Figure, bottom: float, title: str) -> list[Axes]:
             (0.0, -1.08, "−y", "center"),
         ):
             panel.text(x, y, name, ha=align, va="center", style="italic")
-        panel.text(0.0, -1.17, words, ha="center", va="top")
+        panel.text(0.0, -1.17, text, ha="center", va="top")
         panels.append(panel)
     across, high = figure.get_size_inches()
     figure.text(0.08 / across, (bottom + 3.02) / high, title, fontsize=9.0, va="top")
@@ -201,8 +201,8 @@ def _fill(
         if not np.isfinite(square).any():
             continue
         full = np.clip(grown(square), levels[0], levels[-1])
-        look: dict[str, Any] = {"cmap": shades.colours.cmap, "norm": shades.colours.norm}
-        areas = [panel.contourf(grid.side, grid.side, full, levels=levels, zorder=1, **look)]
+        options: dict[str, Any] = {"cmap": shades.colours.cmap, "norm": shades.colours.norm}
+        areas = [panel.contourf(grid.side, grid.side, full, levels=levels, zorder=1, **options)]
         areas[0].set_edgecolor("face")
         areas[0].set_linewidth(0.4)
         if np.nanmin(margin) < 0.0:
@@ -216,11 +216,11 @@ def _fill(
             area.set_clip_path(Circle((0.0, 0.0), 1.0, transform=panel.transData))
 
 
-def _colour_bar(figure: Figure, shades: Shades, bottom: float, words: str) -> None:
+def _colour_bar(figure: Figure, shades: Shades, bottom: float, text: str) -> None:
     width, height = figure.get_size_inches()
     place = (6.12 / width, (bottom + 0.5) / height, 0.14 / width, 2.1 / height)
     bar = figure.colorbar(shades.colours, cax=figure.add_axes(place))
-    bar.set_label(words)
+    bar.set_label(text)
     bar.ax.grid(visible=False)
     bar.outline.set_linewidth(0.6)
 

@@ -83,10 +83,10 @@ def errors(
         values = (curves.position_error_mm(flight.run), attitude.angle_deg, attitude.sine)
         for panel, value in zip(panels, values, strict=True):
             _band(panel, flight, value)
-    for label, distance, sine, look in means_elsewhere:
+    for label, distance, sine, line_style in means_elsewhere:
         levels = (distance, math.degrees(math.asin(min(sine, 1.0))), sine)
         for panel, level in zip(panels, levels, strict=True):
-            panel.axhline(level, color=look.colour, linestyle=(0, (1.2, 1.6)), label=label)
+            panel.axhline(level, color=line_style.colour, linestyle=(0, (1.2, 1.6)), label=label)
     for panel, name in zip(
         panels,
         ("position error (mm)", "attitude error (°)", "attitude error ‖e_R‖ (–)"),
@@ -224,17 +224,17 @@ def _desired(panel: Axes, time: FloatArray, values: FloatArray) -> None:
 
 def _line(panel: Axes, flight: Flight, values: FloatArray, columns: int = COLUMNS) -> None:
     t, v = thin(flight.run.time, values, columns)
-    look = flight.look
-    style: dict[str, Any] = {"linestyle": look.line, "linewidth": look.width}
-    panel.plot(t, v, color=look.colour, label=flight.label, **style)
+    line_style = flight.line_style
+    style: dict[str, Any] = {"linestyle": line_style.line, "linewidth": line_style.width}
+    panel.plot(t, v, color=line_style.colour, label=flight.label, **style)
 
 
 def _band(panel: Axes, flight: Flight, values: FloatArray) -> None:
     """Draw a noisy curve: its range in each piece of time as a band, its mean as a line."""
     t, low, mean, high = band(flight.run.time, values, BANDS)
-    look = flight.look
-    panel.fill_between(t, low, high, color=look.colour, alpha=0.22, linewidth=0)
-    panel.plot(t, mean, color=look.colour, linestyle=look.line, label=flight.label)
+    line_style = flight.line_style
+    panel.fill_between(t, low, high, color=line_style.colour, alpha=0.22, linewidth=0)
+    panel.plot(t, mean, color=line_style.colour, linestyle=line_style.line, label=flight.label)
 
 
 def _floors(panels: Sequence[Axes], flights: Sequence[Flight]) -> None:

@@ -88,8 +88,8 @@ def vehicle_lines(fit: RotorFit) -> str:
     for key, fitted in (("thrust", fit.thrust), ("drag", fit.drag)):
         if fitted.separate and fitted.reverse is not None:
             unit = "N_per_Hz2" if key == "thrust" else "Nm_per_Hz2"
-            told = _line(f"{key}_coefficient_{unit}", unit, fitted.reverse)
-            lines.append(f"# in reverse: {told}")
+            reverse = _line(f"{key}_coefficient_{unit}", unit, fitted.reverse)
+            lines.append(f"# in reverse: {reverse}")
     lines.append(f"speed_min_Hz = {from_SI(fit.speed_min, 'Hz'):.5g}  # the lowest seen")
     lines.append(f"speed_max_Hz = {from_SI(fit.speed_max, 'Hz'):.5g}  # the highest seen")
     for key, constant in (

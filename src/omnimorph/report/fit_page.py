@@ -14,6 +14,7 @@ from omnimorph.report.style import save_svg
 from omnimorph.report.tables import Table, number
 from omnimorph.results.atomic import write_text
 from omnimorph.units import from_SI
+from omnimorph.version import __version__
 
 __all__ = ["PAGE", "write_fit_page"]
 
@@ -29,8 +30,6 @@ def write_fit_page(fit: RotorFit, folder: Path) -> Path:
     RunFileError
         If something cannot be written.
     """
-    from omnimorph import __version__
-
     figures = folder / "figures"
     figures.mkdir(exist_ok=True)
     drawings = {
@@ -74,15 +73,17 @@ def _table(fit: RotorFit) -> Table:
     return Table(caption, ["", "value", "95 % interval", "unit"], rows, frozenset({1, 2}))
 
 
-def _coefficient_rows(name: str, unit: str, words: str, fit: CoefficientFit) -> list[list[str]]:
+def _coefficient_rows(
+    name: str, unit: str, description: str, fit: CoefficientFit
+) -> list[list[str]]:
     if not fit.separate:
-        return [_row(name, unit, words, fit.both)]
+        return [_row(name, unit, description, fit.both)]
     ways = (("forward", fit.forward), ("reverse", fit.reverse))
-    return [_row(f"{name}, {way}", unit, words, found) for way, found in ways]
+    return [_row(f"{name}, {way}", unit, description, found) for way, found in ways]
 
 
-def _row(name: str, unit: str, words: str, estimate: Estimate | None) -> list[str]:
+def _row(name: str, unit: str, description: str, estimate: Estimate | None) -> list[str]:
     if estimate is None:
-        return [name, number(None), "", words]
+        return [name, number(None), "", description]
     value, low, high = (number(from_SI(one, unit), 5) for one in estimate)
-    return [name, value, f"{low} to {high}", words]
+    return [name, value, f"{low} to {high}", description]

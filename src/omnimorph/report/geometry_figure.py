@@ -167,5 +167,5 @@ def _entries(vehicle: Vehicle) -> tuple[list[Any], list[str]]:
         (not forwards.all(), "turns clockwise, k = −1", clockwise | _TURNS_RIGHT),
         (len(box_edges(vehicle.rotor_position)) > 0, f"edge of the {box}", _EDGE),
     ]
-    shown = [(Line2D([], [], **look), words) for there, words, look in entries if there]
-    return [handle for handle, _ in shown], [words for _, words in shown]
+    shown = [(Line2D([], [], **options), label) for there, label, options in entries if there]
+    return [handle for handle, _ in shown], [label for _, label in shown]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from omnimorph.report.tables import number
 
-__all__ = ["Picture", "render_page"]
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+__all__ = ["Picture", "render_page", "templates_of"]
 
 
 @dataclass(frozen=True)
@@ -36,14 +39,25 @@ def render_page(template: str, **content: Any) -> str:
     content
         What the template asks for; text in it is escaped.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
+    return templates_of().get_template(template).render(**content)
+
+
+def templates_of(*packages: str) -> Environment:
+    """Return the templates of packages, beside those here; text put into HTML is escaped."""
+    from jinja2 import (
+        ChoiceLoader,
+        Environment,
+        PackageLoader,
+        StrictUndefined,
+        select_autoescape,
+    )
 
     environment = Environment(
-        loader=PackageLoader("omnimorph.report"),
-        autoescape=True,
+        loader=ChoiceLoader([PackageLoader(name) for name in (__package__, *packages)]),
+        autoescape=select_autoescape(["html.j2"]),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
     environment.filters["number"] = number
-    return environment.get_template(template).render(**content)
+    return environment

@@ -135,8 +135,12 @@ def set_legend(figure: Figure, sets: Mapping[str, str], spheres: Sequence[Sphere
         if sphere.filled and sphere.radius > 0.0:
             entries["inscribed sphere"] = Line2D([], [], color=sphere.colour, linewidth=1.1)
         elif not sphere.filled:
-            look: dict[str, Any] = {"color": sphere.colour, "linewidth": 1.1, "linestyle": _DASHED}
-            entries[f"weight sphere, {number(sphere.radius)} N"] = Line2D([], [], **look)
+            options: dict[str, Any] = {
+                "color": sphere.colour,
+                "linewidth": 1.1,
+                "linestyle": _DASHED,
+            }
+            entries[f"weight sphere, {number(sphere.radius)} N"] = Line2D([], [], **options)
     legend_above(figure, list(entries.values()), list(entries), where="lower left")
 
 
@@ -288,8 +292,8 @@ def _draw_scale(panel: Axes, stage: Stage) -> None:
     width, height = stage.high - stage.low
     left, low = stage.low[0] + 0.015 * width, stage.low[1] + 0.015 * height
     panel.plot([left, left + stage.tick], [low, low], color=BLACK, linewidth=1.6, zorder=_ABOVE)
-    words = f"{stage.tick:g} {stage.unit}"
-    panel.text(left, low + 0.02 * height, words, ha="left", va="bottom")
+    label = f"{stage.tick:g} {stage.unit}"
+    panel.text(left, low + 0.02 * height, label, ha="left", va="bottom")
 
 
 def _shaded(colour: str, normals: FloatArray, alpha: float) -> list[tuple[float, ...]]:

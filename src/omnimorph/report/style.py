@@ -38,7 +38,7 @@ __all__ = [
     "WIDTH",
     "YELLOW",
     "Flight",
-    "Look",
+    "LineStyle",
     "as_svg",
     "house_style",
     "legend_above",
@@ -96,7 +96,7 @@ _LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}")
 
 
 @dataclass(frozen=True)
-class Look:
+class LineStyle:
     """How one flight is drawn, everywhere in a report: colour, line, mark, and width in points."""
 
     colour: str
@@ -107,11 +107,11 @@ class Look:
 
 @dataclass(frozen=True)
 class Flight:
-    """A run with the name and the look it has in a report."""
+    """A run with the name and the style of line it has in a report."""
 
     label: str
     run: Run
-    look: Look
+    line_style: LineStyle
 
 
 def styled(draw: Callable[Options, Figure]) -> Callable[Options, Figure]:

@@ -23,7 +23,7 @@ __all__ = [
     "number",
     "plant_table",
     "source_table",
-    "tilt_words",
+    "tilt_text",
     "trajectory_table",
 ]
 
@@ -116,12 +116,12 @@ def degrees(angle: float) -> str:
     return f"{round(value):d}°".replace("-", "−") if whole else f"{value:.2f}°".replace("-", "−")
 
 
-def tilt_words(tilt: FloatArray) -> str:
+def tilt_text(tilt: FloatArray) -> str:
     """Return the tilt of the servos, rad: one angle if all have the same; "" if there are none.
 
     Examples
     --------
-    >>> tilt_words(np.radians([30.0, 30.0])), tilt_words(np.radians([0.0, 12.5]))
+    >>> tilt_text(np.radians([30.0, 30.0])), tilt_text(np.radians([0.0, 12.5]))
     ('30°', '(0°, 12.50°)')
     """
     angles = [degrees(float(angle)) for angle in tilt]

@@ -161,7 +161,7 @@ def write_comparison(rows: Sequence[Compared], out: Path, command: str, version:
             "platforms": platform_table(rows),
             "flights": flight_table(rows),
             "assumed": _assumed_table(rows),
-            "flight_words": _FLIGHT_WORDS.format(SCENARIO, reference.duration),
+            "flight_words": _FLIGHT_LABELS.format(SCENARIO, reference.duration),
             "command": command,
             "version": version,
         }
@@ -171,7 +171,7 @@ def write_comparison(rows: Sequence[Compared], out: Path, command: str, version:
     return out / PAGE
 
 
-_FLIGHT_WORDS = (
+_FLIGHT_LABELS = (
     "All fly the scenario “{}”, {:g} s long, in the realistic plant, each with gains and weights "
     "proposed from its own numbers. What cannot push sideways leans instead; the attitude error is "
     "against the attitude that was asked for, so a lean counts."

@@ -24,13 +24,14 @@ from omnimorph.errors import RunFileError
 from omnimorph.results.atomic import write_text
 from omnimorph.results.metrics import Metrics
 from omnimorph.simulation.scenario import Scenario
+from omnimorph.version import __version__
 
-__all__ = ["FlightLog", "Flown", "flight_keys", "is_flight_log"]
+__all__ = ["FlightLog", "FlightResult", "flight_keys", "is_flight_log"]
 
 _HEADER = json.dumps({"schema": "omnimorph flights", "schema_version": 1}) + "\n"
 
 
-class Flown(NamedTuple):
+class FlightResult(NamedTuple):
     """What came of one flight.
 
     Attributes
@@ -70,7 +71,7 @@ def flight_keys(scenarios: Sequence[Scenario], seeds: Sequence[int]) -> list[str
 def _build() -> str:
     """Return the hash of version and compiled core: a rebuilt one flies everything again."""
     core = next(Path(omnimorph.__file__).parent.glob("_core*.so"))
-    return hashlib.sha256(omnimorph.__version__.encode() + core.read_bytes()).hexdigest()
+    return hashlib.sha256(__version__.encode() + core.read_bytes()).hexdigest()
 
 
 def is_flight_log(path: Path) -> bool:
@@ -101,7 +102,7 @@ class FlightLog:
         self.path = path
         self._lock = threading.Lock()
         self._file: TextIO | None = None
-        self._flown: dict[str, Flown] = {}
+        self._flown: dict[str, FlightResult] = {}
         if path.exists():
             self._flown = dict(filter(None, map(_from_line, _lines(path))))
 
@@ -120,11 +121,11 @@ class FlightLog:
     def __len__(self) -> int:
         return len(self._flown)
 
-    def get(self, key: str) -> Flown | None:
+    def get(self, key: str) -> FlightResult | None:
         """Return what came of a flight, or None if it is not finished."""
         return self._flown.get(key)
 
-    def add(self, key: str, flown: Flown) -> None:
+    def add(self, key: str, flown: FlightResult) -> None:
         """Keep a finished flight: once this returns, an interrupt does not lose it.
 
         Raises
@@ -159,7 +160,7 @@ def _lines(path: Path) -> list[str]:
         raise _refusal(path, error) from error
 
 
-def _as_line(key: str, flown: Flown) -> str:
+def _as_line(key: str, flown: FlightResult) -> str:
     metrics = flown.metrics and flown.metrics.as_dict()
     content = json.dumps(
         {"key": key, "build": _build(), "failure": flown.failure, "metrics": metrics}
@@ -168,7 +169,7 @@ def _as_line(key: str, flown: Flown) -> str:
     return json.dumps({"flight": content, "sha256": seal}) + "\n"
 
 
-def _from_line(line: str) -> tuple[str, Flown] | None:
+def _from_line(line: str) -> tuple[str, FlightResult] | None:
     """Return the flight of a line; None if it is not as it was written, or of another build."""
     try:
         outer = json.loads(line)
@@ -177,7 +178,7 @@ def _from_line(line: str) -> tuple[str, Flown] | None:
         content = json.loads(outer["flight"])
         if content["build"] != _build():
             return None
-        return content["key"], Flown(_as_metrics(content["metrics"]), content["failure"])
+        return content["key"], FlightResult(_as_metrics(content["metrics"]), content["failure"])
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
 

@@ -18,7 +18,7 @@ from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
 from omnimorph.simulation.recording import bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.studies.flight_log import FlightLog, Flown, flight_keys
+from omnimorph.studies.flight_log import FlightLog, FlightResult, flight_keys
 
 __all__ = ["Job", "fly_jobs", "fly_runs"]
 
@@ -34,7 +34,7 @@ class Job(NamedTuple):
 
 def fly_jobs(
     jobs: Sequence[Job], log: FlightLog, next_step: Callable[[], None] = lambda: None
-) -> list[Flown]:
+) -> list[FlightResult]:
     """Fly what is not in the log yet; return what came of each job, in their order.
 
     Parameters
@@ -48,9 +48,9 @@ def fly_jobs(
 
     Notes
     -----
-    A flight that is refused is an answer (`Flown.failure`), not the end, unless it is memory that
-    lacks: as many are in the air as there are cores, or as memory holds. A Ctrl-C waits for the
-    flights that are in the air, a few hundredths of a second each, and keeps them.
+    A flight that is refused is an answer (`FlightResult.failure`), not the end, unless it is memory
+    that lacks: as many are in the air as there are cores, or as memory holds. A Ctrl-C waits for
+    the flights that are in the air, a few hundredths of a second each, and keeps them.
     """
     keys = flight_keys([job.scenario for job in jobs], [job.seed for job in jobs])
     todo = {key: job for key, job in zip(keys, jobs, strict=True) if log.get(key) is None}
@@ -84,21 +84,21 @@ def _at_once(jobs: Sequence[Job]) -> int:
 
 def _fly(key: str, job: Job, log: FlightLog) -> None:
     try:
-        flown = Flown(fly(job.scenario, seed=job.seed).metrics)
+        flown = FlightResult(fly(job.scenario, seed=job.seed).metrics)
     except TooLargeError:  # on this machine, now
         raise
     except OmnimorphError as refused:
-        flown = Flown(None, str(refused))
+        flown = FlightResult(None, str(refused))
     log.add(key, flown)
 
 
 def _tell(done: set[Future[None]], next_step: Callable[[], None]) -> None:
     for future in done:
-        future.result()  # what went wrong with the log is told here
+        future.result()  # what went wrong with the log is raised here
         next_step()
 
 
-def _kept(log: FlightLog, key: str) -> Flown:
+def _kept(log: FlightLog, key: str) -> FlightResult:
     flown = log.get(key)
     assert flown is not None
     return flown

@@ -117,9 +117,9 @@ def measuring_seldom_gives_the_same() -> Result:
     often, seldom = (SimulatedPlant(vehicle, PlantModel(effects=(noise,))) for _ in range(2))
     errors = []
     for k in range(30):
-        told = often.measure()
+        measured = often.measure()
         if k in (2, 3, 17, 29):
-            errors += [largest(a - b) for a, b in zip(told, seldom.measure(), strict=True)]
+            errors += [largest(a - b) for a, b in zip(measured, seldom.measure(), strict=True)]
         often.step_physics()
         seldom.step_physics()
     return Result(value=max(errors), tolerance=0.0)

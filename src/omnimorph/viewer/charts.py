@@ -55,14 +55,14 @@ class Curve(NamedTuple):
         Its name in the chart.
     time, values : (K,) arrays
         In s, and in the chart's unit.
-    look : dict
+    style : dict
         How uPlot draws it.
     """
 
     label: str
     time: FloatArray
     values: FloatArray
-    look: dict[str, Any]
+    style: dict[str, Any]
 
 
 class Chart(NamedTuple):
@@ -150,7 +150,7 @@ class _Plot:
         self.take(chart)
         series = [
             {},
-            *({"label": curve.label, **curve.look} for curve in chart.curves),
+            *({"label": curve.label, **curve.style} for curve in chart.curves),
             *({"label": f"limit {limit:.4g}", **_LIMIT} for limit in chart.limits),
             _NOW,
         ]
@@ -252,7 +252,7 @@ def _chart(
             if len(found) == len(flights) == 1:
                 shade = colours.of_css(colour)
             label = f"{flight.name} {entry}".rstrip()
-            curves.append(Curve(label, flight.run.time, values, _look(shade, k)))
+            curves.append(Curve(label, flight.run.time, values, _curve_style(shade, k)))
     names = [flight.name for flight in flights] if len(flights) > 1 else []
     key = _key(names)
     if len(entries) > 1:
@@ -281,33 +281,33 @@ def _limits(flight: Flight, column: Column) -> list[float]:
     return [float(end) for end in ends if abs(end) <= farthest]
 
 
-def _key(words: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
+def _key(labels: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
     """Return words with the colours of the curves in their order."""
-    return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(words))
+    return tuple((word, _SHADES[k % len(_SHADES)]) for k, word in enumerate(labels))
 
 
 def _lines(names: Sequence[str]) -> tuple[tuple[str, colours.Colour], ...]:
     """Return which line is whose, where colours already stand for rotors or servos."""
     return tuple(
-        (f"{look}: {name}", colours.INK)
-        for look, name in zip(("solid", "dashed"), names, strict=False)
+        (f"{line}: {name}", colours.INK)
+        for line, name in zip(("solid", "dashed"), names, strict=False)
     )
 
 
 def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
     one = "margin:0 5px;display:inline-block"
-    words = "".join(
+    labels = "".join(
         f'<span style="color:{colours.css(shade)};{one}">{html.escape(word)}</span>'
         for word, shade in key
     )
     style = "font-size:0.7rem;font-weight:600;text-align:center;line-height:1.2"
-    return f'<div style="{style}">{words}</div>'
+    return f'<div style="{style}">{labels}</div>'
 
 
-def _look(shade: colours.Colour, flight: int) -> dict[str, Any]:
-    look: dict[str, Any] = {
+def _curve_style(shade: colours.Colour, flight: int) -> dict[str, Any]:
+    style: dict[str, Any] = {
         "stroke": colours.css(shade),
         "width": 1.3,
         "points": {"show": False},
     }
-    return look | ({"dash": _DASHES[flight]} if flight else {})
+    return style | ({"dash": _DASHES[flight]} if flight else {})

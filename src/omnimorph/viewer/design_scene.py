@@ -123,13 +123,13 @@ class DesignScene:
         angles = [f"{angle:.1f}°" for angle in sorted(np.degrees(view.tilt))]
         tilt = " to ".join(dict.fromkeys([*angles[:1], *angles[-1:]]))  # of several, the range
         radius = 0.0 if view.sphere is None else view.sphere.radius
-        words = [
+        texts = [
             f"{view.vehicle.name}, tilt {tilt}" if tilt else view.vehicle.name,
             f"forces: inscribed sphere {shown_number(radius)} N",
             f"moments: inscribed sphere {shown_number(view.moments.inscribed_radius)} N m",
             "hover power by attitude",
         ]
-        for caption, text in zip(self._captions, words, strict=True):
+        for caption, text in zip(self._captions, texts, strict=True):
             caption.text = text
 
     def _sphere(self, name: str, colour: Any, opacity: float) -> Any:

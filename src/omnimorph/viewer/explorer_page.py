@@ -182,7 +182,7 @@ class ExplorerPage:
 
 
 def numbers_of(view: View) -> list[Row]:
-    """Return the numbers beside the picture: key, words, unit, value."""
+    """Return the numbers beside the picture: key, label, unit, value."""
     forces = 0.0 if view.sphere is None else view.sphere.radius
     return [
         *_class_rows(view),

@@ -129,7 +129,7 @@ class FlightPage:
                         ends = not self.playback.is_playing
                         self._show(numbers.is_due(now) or ends, charts.is_due(now) or ends)
                     except Exception as error:
-                        self.playback.pause()  # or it would be told 30 times a second
+                        self.playback.pause()  # or it would be set 30 times a second
                         self._server.guard.fault(error)
             before = now
 
@@ -221,10 +221,10 @@ class FlightPage:
 
 
 def numbers_of(flights: Sequence[Flight], frames: Sequence[Frame]) -> list[Row]:
-    """Return the numbers beside the picture: key, words, unit, and one value for each flight."""
+    """Return the numbers beside the picture: key, label, unit, and one value for each flight."""
 
-    def row(key: str, words: str, unit: str, value: Any) -> Row:
-        return Row(key, words, unit, [value(*pair) for pair in zip(flights, frames, strict=True)])
+    def row(key: str, label: str, unit: str, value: Any) -> Row:
+        return Row(key, label, unit, [value(*pair) for pair in zip(flights, frames, strict=True)])
 
     rows = [
         row("time", "time", "s", lambda _, frame: f"{frame.time:.3f}"),

@@ -90,7 +90,9 @@ class Guard:
         """
         with _one_start:
             serve = _websockets.serve
-            _websockets.serve = lambda *words, **options: self._serve(serve, *words, **options)
+            _websockets.serve = lambda *arguments, **options: self._serve(
+                serve, *arguments, **options
+            )
             try:
                 server = make()
             finally:
@@ -194,13 +196,13 @@ class Guard:
         pool = server._thread_executor
         submit = pool.submit
 
-        def run(call: Callable[..., object], *words: object) -> None:
+        def run(call: Callable[..., object], *arguments: object) -> None:
             try:
-                call(*words)
+                call(*arguments)
             except Exception as error:
                 self.fault(error)
 
-        pool.submit = lambda call, *words: submit(run, call, *words)
+        pool.submit = lambda call, *arguments: submit(run, call, *arguments)
         return server.gui._thread_executor is pool
 
     def _keeps_out(self, server: Any) -> bool:

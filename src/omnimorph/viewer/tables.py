@@ -17,7 +17,7 @@ class Row(NamedTuple):
     ----------
     key : str
         Its name in the page: the cells are the elements ``#key`` and ``#key-2``.
-    words : str
+    label : str
         What it is.
     unit : str
         Of the values.
@@ -26,7 +26,7 @@ class Row(NamedTuple):
     """
 
     key: str
-    words: str
+    label: str
     unit: str
     values: list[str]
 
@@ -42,13 +42,13 @@ def number_table(rows: Sequence[Row], names: Sequence[str] = ()) -> str:
     if len(names) > 1:
         heads = "".join(f'<th style="{_NUMBER}">{html.escape(name)}</th>' for name in names)
         lines.append(f"<tr><td></td>{heads}<td></td></tr>")
-    for key, words, unit, values in rows:
+    for key, label, unit, values in rows:
         cells = "".join(
             f'<td id="{key}{f"-{k + 1}" if k else ""}" style="{_NUMBER}">{html.escape(value)}</td>'
             for k, value in enumerate(values)
         )
         lines.append(
-            f'<tr><td style="padding:1px 4px">{html.escape(words)}</td>{cells}'
+            f'<tr><td style="padding:1px 4px">{html.escape(label)}</td>{cells}'
             f'<td style="{_UNIT}">{html.escape(unit)}</td></tr>'
         )
     return f'<div style="padding:2px 8px"><table style="{_TABLE}">{"".join(lines)}</table></div>'

@@ -30,7 +30,7 @@ from omnimorph.simulation.effects import (
 )
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction.flights import A, B, pose_only, with_effects
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
@@ -71,13 +71,13 @@ class Condition:
     ----------
     group, label : str
         What it is compared with, and what is different.
-    flown : mapping of scenario name to list of Flown
+    flown : mapping of scenario name to list of FlightResult
         One for each seed.
     """
 
     group: str
     label: str
-    flown: Mapping[str, list[Flown]]
+    flown: Mapping[str, list[FlightResult]]
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds."""
@@ -220,8 +220,8 @@ def _realistic_less(scenario: Scenario) -> _Ways:
     }
     for effect in scenario.plant.effects:
         others = tuple(other for other in scenario.plant.effects if other is not effect)
-        words = f"no {effect.kind.replace('-', ' ')}"
-        ways[words] = replace(scenario, plant=replace(scenario.plant, effects=others))
+        without = f"no {effect.kind.replace('-', ' ')}"
+        ways[without] = replace(scenario, plant=replace(scenario.plant, effects=others))
     return {(LESS, label): one for label, one in ways.items()}
 
 

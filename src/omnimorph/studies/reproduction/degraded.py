@@ -10,7 +10,7 @@ import numpy as np
 
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import A
@@ -57,7 +57,7 @@ class PaperLoss:
     loss : float
         Share of the thrust.
     speed_limit : float, rad/s
-    flown : list of Flown
+    flown : list of FlightResult
         One for each seed.
     """
 
@@ -65,7 +65,7 @@ class PaperLoss:
     scenario: str
     loss: float
     speed_limit: float
-    flown: list[Flown]
+    flown: list[FlightResult]
 
     def share(self, criterion: str) -> Share:
         """Return how many flights met a criterion, of how many."""
@@ -201,7 +201,7 @@ def _judge_loss(key: str, losses: list[PaperLoss]) -> Judged:
         key,
         holds=holds,
         basis=Basis.FLOWN,
-        found="; ".join(_shares_in_words(one) for one in rows),
+        found="; ".join(_shares_text(one) for one in rows),
         why=why,
         command="omnimorph reproduce",
         explained=explained,
@@ -214,7 +214,7 @@ def _holds(one: PaperLoss, *, fails: bool) -> bool | None:
     return survival_holds(intervals, fails=fails)
 
 
-def _shares_in_words(one: PaperLoss) -> str:
+def _shares_text(one: PaperLoss) -> str:
     not_lost, kept = (one.share(criterion).met for criterion in (NOT_LOST, POSE_KEPT))
     limit = from_SI(one.speed_limit, "Hz")
     return f"at ±{limit:.0f} Hz {not_lost} of {len(one.flown)} are not lost, {kept} keep the pose"

@@ -132,12 +132,12 @@ def _counter_examples(vehicle: Vehicle) -> tuple[CounterExample, ...]:
     return tuple(
         CounterExample(
             tilt=tilt,
-            thrusts=words,
+            thrusts=name,
             paper=claimed,
             ours=actuation(vehicle, tilt, thrust, beyond_limits=True).rank_full,
             condition=condition,
         )
-        for tilt, words, thrust, claimed, condition in rows
+        for tilt, name, thrust, claimed, condition in rows
     )
 
 

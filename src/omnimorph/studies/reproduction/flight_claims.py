@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimorph.report.analysis_words import listed
+from omnimorph.report.analysis_text import listed
 from omnimorph.report.tables import number
 from omnimorph.results.metrics import MEASURES
 from omnimorph.results.run import Run
@@ -32,7 +32,7 @@ from omnimorph.studies.reproduction.verdicts import (
     judge,
     order_holds,
 )
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 __all__ = ["judge_flights"]
 
@@ -57,7 +57,7 @@ def judge_flights(flights: PaperFlights, hypotheses: Sequence[Hypothesis]) -> li
         for claim in paper.claims().values()
         if "metric" in claim.about
     ]
-    return numbers + [_judge_words(flights, key, answer) for key, answer in _ANSWERS.items()]
+    return numbers + [_judge_statement(flights, key, answer) for key, answer in _ANSWERS.items()]
 
 
 # --- numbers --------------------------------------------------------------------------------------
@@ -120,12 +120,12 @@ def _explanation(
 # --- words ----------------------------------------------------------------------------------------
 
 
-def _judge_words(
+def _judge_statement(
     flights: PaperFlights, key: str, answer: Callable[[PaperFlights], _Answer]
 ) -> Judged:
     lost = [name for name in SCENARIOS if not len(flights.values(name, "duration_s"))]
     if lost:
-        none = listed([FLIGHT_WORDS[name] for name in lost])
+        none = listed([FLIGHT_LABELS[name] for name in lost])
         found, holds, why, basis = _Answer(f"no flight of {none} was completed", None, _LOST)
     else:
         found, holds, why, basis = answer(flights)

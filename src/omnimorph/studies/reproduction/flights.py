@@ -18,7 +18,7 @@ from omnimorph.simulation.effects import Interference, MeasurementNoise
 from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
 from omnimorph.studies.reproduction.spread import spread_of
@@ -59,14 +59,14 @@ class Variant:
         One standard deviation of every measurement.
     run : Run
         Of Case A.
-    b : Flown
+    b : FlightResult
         What came of Case B in the same plant.
     """
 
     step: float
     noise: float
     run: Run
-    b: Flown
+    b: FlightResult
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,15 +79,15 @@ class PaperFlights:
         Of the realistic plant.
     runs : mapping to Run
         The first seed in the realistic plant, for the figures.
-    realistic : mapping to list of Flown
+    realistic : mapping to list of FlightResult
         One for each seed.
-    perfect : mapping to Flown
+    perfect : mapping to FlightResult
         In the perfect plant, which needs no seed.
-    without_momentum : mapping to list of Flown
+    without_momentum : mapping to list of FlightResult
         As realistic, but the spinning rotors carry no angular momentum (the plant ``realistic-1``).
-    pose_only : mapping to list of Flown
+    pose_only : mapping to list of FlightResult
         Without momentum, and with a reference without velocity and acceleration feed-forward.
-    in_wakes : mapping to list of Flown
+    in_wakes : mapping to list of FlightResult
         As realistic, with rotors that blow on one another.
     variants : list of Variant
         Perfect plants that ought to agree.
@@ -95,11 +95,11 @@ class PaperFlights:
 
     seeds: range
     runs: Mapping[str, Run]
-    realistic: Mapping[str, list[Flown]]
-    perfect: Mapping[str, Flown]
-    without_momentum: Mapping[str, list[Flown]]
-    pose_only: Mapping[str, list[Flown]]
-    in_wakes: Mapping[str, list[Flown]]
+    realistic: Mapping[str, list[FlightResult]]
+    perfect: Mapping[str, FlightResult]
+    without_momentum: Mapping[str, list[FlightResult]]
+    pose_only: Mapping[str, list[FlightResult]]
+    in_wakes: Mapping[str, list[FlightResult]]
     variants: list[Variant]
 
     def values(self, scenario: str, metric: str) -> FloatArray:
@@ -133,7 +133,7 @@ class PaperFlights:
         return found
 
 
-def _over_metrics(flown: list[Flown]) -> dict[str, Any]:
+def _over_metrics(flown: list[FlightResult]) -> dict[str, Any]:
     return {metric: spread_of(flown, metric)._asdict() for metric in MEASURES}
 
 
@@ -198,10 +198,10 @@ def with_effects(scenario: Scenario, *effects: Any) -> Scenario:
 
 
 def _over_seeds(
-    scenarios: Mapping[str, Scenario], plan: Plan, fly_jobs: FlyJobs, words: str
-) -> dict[str, list[Flown]]:
+    scenarios: Mapping[str, Scenario], plan: Plan, fly_jobs: FlyJobs, purpose: str
+) -> dict[str, list[FlightResult]]:
     jobs = [Job(scenario, seed) for scenario in scenarios.values() for seed in plan.seeds]
-    flown, k = fly_jobs(jobs, words), len(plan.seeds)
+    flown, k = fly_jobs(jobs, purpose), len(plan.seeds)
     return {name: flown[i * k : (i + 1) * k] for i, name in enumerate(scenarios)}
 
 

@@ -15,7 +15,7 @@ from omnimorph.results.metrics import MEASURES
 from omnimorph.simulation.effects import Interference
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import W3, A, B, pose_only, with_effects
@@ -69,14 +69,14 @@ class Hypothesis:
         What a number is called that it explains; None where nothing but the paper's text is flown.
     against : str
         What speaks against it beside its numbers; may be empty.
-    flown : mapping of scenario name to list of Flown
+    flown : mapping of scenario name to list of FlightResult
         One for each seed.
     """
 
     label: str
     verdict: Verdict | None
     against: str
-    flown: Mapping[str, list[Flown]]
+    flown: Mapping[str, list[FlightResult]]
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds, in the unit of the paper's claims."""

@@ -18,7 +18,7 @@ from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.flights import A, B, with_effects
 
 __all__ = [
@@ -74,13 +74,13 @@ def speed_limits(vehicle: Vehicle) -> tuple[float, float]:
     return float(vehicle.speed_max[0]), float(load_vehicle(_LATER).speed_max[0])
 
 
-def count_met(flown: Sequence[Flown], criterion: str) -> Share:
+def count_met(flown: Sequence[FlightResult], criterion: str) -> Share:
     """Return how many flights met a criterion, `NOT_LOST` or `POSE_KEPT`."""
     met = [one.completed if criterion == NOT_LOST else _keeps_pose(one) for one in flown]
     return Share(sum(met), len(met))
 
 
-def _keeps_pose(one: Flown) -> bool:
+def _keeps_pose(one: FlightResult) -> bool:
     if one.metrics is None or not one.completed:
         return False
     near = one.metrics.position_error_max_m <= KEPT_WITHIN_M

@@ -1,198 +1,172 @@
-"""The page: from what was found to ``report.html``."""
+"""The page ``report.html`` and ``results.md``: what was found, handed to the templates."""
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from omnimorph.report import figures
-from omnimorph.report.page import Picture, render_page
-from omnimorph.report.tables import (
-    Table,
-    metrics_table,
-    number,
-    plant_table,
-    source_table,
-    trajectory_table,
-)
-from omnimorph.results.atomic import write_text
+from omnimorph.report.page import Picture
+from omnimorph.report.tables import metrics_table, plant_table, source_table, trajectory_table
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction import page_tables as tables
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.ablation import Lag
-from omnimorph.studies.reproduction.findings import Findings
-from omnimorph.studies.reproduction.flights import A, B, PaperFlights
-from omnimorph.studies.reproduction.hypothesis_tables import hypothesis_table, objection_table
-from omnimorph.studies.reproduction.key_numbers import key_table
-from omnimorph.studies.reproduction.lost_thrust import KEPT_WITHIN_DEG, KEPT_WITHIN_M
+from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT, Ablation
+from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.hypotheses import (
+    ERRORS,
+    MOMENTUM_AND_WAKES,
+    WITH_MOMENTUM,
+    Hypothesis,
+)
+from omnimorph.studies.reproduction.lost_thrust import CASES
 from omnimorph.studies.reproduction.plan import Plan
-from omnimorph.studies.reproduction.printed_matrix import ROWS
-from omnimorph.studies.reproduction.sentences import key_points, reasons
-from omnimorph.studies.reproduction.verdicts import RULES, Judged, Verdict
-from omnimorph.studies.reproduction.words import FLIGHT_WORDS
-from omnimorph.units import from_SI
+from omnimorph.studies.reproduction.rendering import render
+from omnimorph.studies.reproduction.results import Results
+from omnimorph.studies.reproduction.spread import spread_of
+from omnimorph.studies.reproduction.verdicts import Judged, Verdict, is_near
+from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
-__all__ = ["command", "write_page"]
-
-_TITLE = "OmniMorph: the paper, line by line"
+__all__ = ["command", "page_text", "results_text"]
 
 
-def write_page(
-    path: Path,
-    findings: Findings,
-    judged: Mapping[str, Sequence[Judged]],
+def page_text(
+    results: Results,
+    sections: Mapping[str, Sequence[Judged]],
     pictures: Mapping[str, Picture],
     *,
     plan: Plan,
-    flown: Mapping[str, Sequence[tuple[Job, Flown]]],
+    flown: Mapping[str, Sequence[tuple[Job, FlightResult]]],
     run_files: Sequence[str],
-) -> None:
-    """Write the report: one HTML file with everything in it."""
-    flights = findings.flights
-    run = flights.runs[A]
-    rows = [row for part in judged.values() for row in part]
+) -> str:
+    """Return the report: one HTML file with everything in it."""
+    run = results.flights.runs[A]
+    judged = [row for part in sections.values() for row in part]
     content = {
-        "title": _TITLE,
+        "title": "OmniMorph: the paper, line by line",
         "version": run.provenance.version,
-        "paper": paper.reference(),
+        "article": paper.reference(),
+        "run": run,
         "vehicle": run.vehicle,
         "quick": plan.quick,
         "seeds": plan.seeds,
         "n_flights": sum(len(part) for part in flown.values()),
-        "points": key_points(findings, rows),
+        "results": results,
+        "sections": sections,
         "pictures": pictures,
-        "judged": judged,
-        "verdicts": list(Verdict),
-        "verdict_counts": Counter(row.verdict.value for row in rows),
-        "tables": _tables(findings, rows, flown),
-        "design": {"matrix": _matrix(findings)},
-        "band_seconds": number(run.metrics.duration_s / figures.BANDS, 2),
-        "speed_limit": number(from_SI(float(run.vehicle.speed_max.max()), "Hz")),
-        "reasons": reasons(findings.ablation, findings.hypotheses),
-        "rules": RULES,
-        "lag": _lag(findings.ablation.lag),
-        "artefact": _artefact(flights),
-        "lost_beyond": number(load_scenario(A).lost_beyond),
-        "kept_m": number(KEPT_WITHIN_M),
-        "kept_deg": number(KEPT_WITHIN_DEG),
-        "degraded_words": _degraded_words(findings),
+        "shown": _tables_of_run(results),
+        "lost_beyond": load_scenario(A).lost_beyond,
+        "failures": failures(flown),
         "command": command(plan),
         "run_files": run_files,
+        **summary(results, judged),
+        **reasons(results.ablation, results.hypotheses),
     }
-    write_text(path, render_page("reproduction/page.html.j2", **content))
+    return render("reproduction.html.j2", **content)
 
 
-def _tables(
-    findings: Findings,
-    rows: Sequence[Judged],
-    flown: Mapping[str, Sequence[tuple[Job, Flown]]],
-) -> dict[str, Table]:
-    flights, design, degraded = findings.flights, findings.design, findings.degraded
-    run = flights.runs[A]
-    vehicle = run.vehicle
+def results_text(results: Results, judged: Sequence[Judged], command: str) -> str:
+    """Return claims, rules, energies, errors, hypotheses and lost thrust, as Markdown."""
+    counts = Counter(row.verdict.value for row in judged)
+    content = {"results": results, "judged": judged, "verdict_counts": counts, "command": command}
+    return render("results.md.j2", **content)
+
+
+def summary(results: Results, judged: Sequence[Judged]) -> dict[str, Any]:
+    """Return what the summary of the page names and counts."""
+    counts = Counter(row.verdict.value for row in judged)
+    claimed = [paper.claims()[f"drag_energy_{key}"].value or 0.0 for key in ("a", "b")]
+    flights, choice = results.flights.realistic, results.tilt_choice
+    means = [spread_of(flights[name], "drag_energy_paper").mean for name in (A, B)]
+    conjectures = [one for one in results.hypotheses if one.verdict is Verdict.CONJECTURED]
+    excess = [[choice.excess(one, name) for one in choice.choices] for name in CASES]
+    return {
+        "judged": judged,
+        "verdict_counts": counts,
+        "counted_verdicts": [f"{counts[v.value]} {v.value}" for v in Verdict if counts[v.value]],
+        "near_energies": sum(map(is_near, means, claimed)),
+        "conjecture": max(conjectures, key=lambda one: one.explained),
+        "fit": next(one for one in results.hypotheses if one.verdict is Verdict.CALIBRATED),
+        "energy_spread": max(max(one) - min(one) for one in excess),
+    }
+
+
+def reasons(ablation: Ablation, hypotheses: Sequence[Hypothesis]) -> dict[str, Any]:
+    """Return what the page says of the ablation: tilts, worst imperfections, two hypotheses."""
+    by_label = {(one.group, one.label): one for one in ablation.conditions}
+    tilted = {
+        "perfect": (PERFECT, "nothing"),
+        "noise": (PERFECT, "noise"),
+        "no_noise": (LESS, "no measurement noise"),
+        "filtered": (MORE, "noise, filtered"),
+    }
+    own = [one for one in ablation.conditions if one.group in (MORE, LESS)]
+    flown = {one.label: one for one in hypotheses}
+    return {
+        "tilt": {
+            key: by_label[label].spread(A, "tilt_mean_deg").mean for key, label in tilted.items()
+        },
+        "worst": {
+            metric: sorted(own, key=lambda one: -one.spread(B, metric).mean)[:3]
+            for metric in ERRORS
+        },
+        "momentum": flown[WITH_MOMENTUM],
+        "both": flown[MOMENTUM_AND_WAKES],
+    }
+
+
+class Failure(NamedTuple):
+    """Flights of one scenario that came to the same end before they were completed."""
+
+    purpose: str
+    scenario: str
+    how: str
+    flights: int
+    among: int
+    times: list[float]  # s, when they ended
+
+
+def failures(flown: Mapping[str, Sequence[tuple[Job, FlightResult]]]) -> list[Failure]:
+    """Return the flights that were not completed, by what they were flown for and how they ended.
+
+    Parameters
+    ----------
+    flown : mapping of str to (Job, FlightResult) pairs
+        All flights, by what they were flown for.
+    """
+    found = []
+    for purpose, flights in flown.items():
+        ended: dict[tuple[str, str], list[FlightResult]] = {}
+        for job, one in flights:
+            if not one.completed:
+                how = one.failure or one.outcome
+                ended.setdefault((job.scenario.name, how), []).append(one)
+        for (scenario, how), some in ended.items():
+            among = sum(job.scenario.name == scenario for job, _ in flights)
+            times = [one.metrics.duration_s for one in some if one.metrics is not None]
+            found.append(Failure(purpose, scenario, how, len(some), among, times))
+    return found
+
+
+def _tables_of_run(results: Results) -> dict[str, Any]:
+    """Return what every report shows of a run: trajectory, plant, sources, metrics."""
+    runs = results.flights.runs
+    vehicle = runs[A].vehicle
     # The limit of the speed has a source, but its source says that it is calibrated.
     chosen = [name for name, source in vehicle.sources.items() if source.assumed] + ["speed_max"]
-    stated = [name for name in vehicle.sources if name not in chosen]
+    rest = [name for name in vehicle.sources if name not in chosen]
+    assumed = "Assumed: neither published nor measured; or calibrated."
     return {
-        "key": key_table(findings),
-        "claims": tables.claims_table(rows),
-        "actuation": tables.actuation_table(design),
-        "examples": tables.example_table(design),
-        "energy": tables.energy_table(flights),
-        "errors": tables.error_table(flights),
-        "hypotheses": hypothesis_table(findings.hypotheses),
-        "objections": objection_table(findings.hypotheses),
-        "ablation": tables.ablation_table(findings.ablation),
-        "lag": tables.lag_table(findings.ablation.lag, flights),
-        "variants": tables.variant_table(flights),
-        "wakes": tables.wake_table(flights),
-        "losses": tables.losses_table(degraded),
-        "frontier": tables.frontier_table(degraded),
-        "dead": tables.dead_rotor_table(degraded),
-        "gaps": tables.gap_table(findings.tilt_choice),
-        "tilt_choice": tables.tilt_choice_table(findings.tilt_choice),
-        "trajectory": trajectory_table(run),
-        "plant": plant_table(run),
-        "assumed": source_table(
-            vehicle, "Assumed: neither published nor measured; or calibrated.", chosen
-        ),
-        "sources": source_table(vehicle, "Published or measured, or derived from what is.", stated),
+        "trajectory": trajectory_table(runs[A]),
+        "plant": plant_table(runs[A]),
+        "assumed": source_table(vehicle, assumed, chosen),
+        "sources": source_table(vehicle, "Published or measured, or derived from what is.", rest),
         "metrics": metrics_table(
             "Errors, energies, tilts, limits and residuals over the whole flights.",
-            {FLIGHT_WORDS[name]: flights.runs[name].metrics for name in (A, B)},
+            {FLIGHT_LABELS[name]: runs[name].metrics for name in (A, B)},
         ),
-        "failed": tables.failed_table(flown),
-        "provenance": _provenance_table(flights),
     }
-
-
-def _matrix(findings: Findings) -> dict[str, Any]:
-    matrix = findings.design.matrix
-    return {
-        "rotors": matrix.rotors,
-        "misprints": matrix.misprints,
-        "named_rows": list(zip(ROWS, matrix.entries, strict=True)),
-    }
-
-
-def _lag(lag: Lag) -> dict[str, str]:
-    reported = [paper.claims()[f"attitude_error_{key}"].value or 0.0 for key in ("a", "b", "w3")]
-    return {
-        "attitude_time": number(lag.attitude_time),
-        "position_time": number(lag.position_time),
-        "turned": number(lag.turned, 3),
-        "path_length": number(lag.path_length, 3),
-        "duration": number(lag.duration),
-        "shortest": number(lag.duration_for(max(reported)), 3),
-        "longest": number(lag.duration_for(min(reported)), 3),
-    }
-
-
-def _artefact(flights: PaperFlights) -> dict[str, Any]:
-    reported = paper.claims()["drag_energy_a"].value
-    perfect = flights.perfect[A].metrics
-    assert reported is not None
-    assert perfect is not None
-    noise = max(variant.noise for variant in flights.variants)
-    return {
-        "perfect": number(perfect.drag_energy_paper),
-        "paper": number(reported, 5),
-        "near": abs(perfect.drag_energy_paper / reported - 1.0) < 0.01,
-        "noise": f"{noise:.0e}".replace("e-0", "e−"),
-    }
-
-
-def _degraded_words(findings: Findings) -> str:
-    parts = []
-    for key in findings.degraded_runs:
-        about = paper.claims()[key].about
-        parts.append(f"{FLIGHT_WORDS[about['scenario']]} with {about['loss_percent']:g} % less")
-    return ", ".join(parts)
-
-
-def _provenance_table(flights: PaperFlights) -> Table:
-    rows = [["omnimorph", flights.runs[A].provenance.version]]
-    for name in (A, B):
-        run = flights.runs[name]
-        origin = run.provenance
-        where = f"scenario {name}, plant {origin.plant_name}, seed {origin.seed}"
-        rows.append([FLIGHT_WORDS[name], where])
-        rows.append(
-            [f"{FLIGHT_WORDS[name]}, by itself", f"omnimorph fly {name} --seed {origin.seed}"]
-        )
-        rows.append([f"{FLIGHT_WORDS[name]}, content hash", run.content_hash])
-        rows.append([f"{FLIGHT_WORDS[name]}, scenario hash", _sha256(origin.scenario_text)])
-    rows.append(["vehicle hash", _sha256(flights.runs[A].provenance.vehicle_text)])
-    return Table("Scenario, plant, seed and hashes of the flights that are kept.", ["", ""], rows)
-
-
-def _sha256(text: str) -> str:
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def command(plan: Plan) -> str:

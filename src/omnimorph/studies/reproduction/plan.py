@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Self
 
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 
 __all__ = ["FlyJobs", "Plan"]
 
-FlyJobs = Callable[[Sequence[Job], str], list[Flown]]
-"""Flies jobs and returns what came of them, in their order; the words say what they are for."""
+FlyJobs = Callable[[Sequence[Job], str], list[FlightResult]]
+"""Flies jobs and returns what came of them, in their order; the text says what they are for."""
 
 
 class Plan(NamedTuple):

@@ -19,9 +19,8 @@ __all__ = ["Entry", "Factors", "PrintedMatrix", "compare_printed_matrix", "facto
 Factors = dict[str, int]
 """Of c, s, Lc, Ls, kc and ks; what is not there is zero."""
 
-ROWS = ("force x", "force y", "force z", "torque x", "torque y", "torque z")
 _SYMBOLS = ("c", "s", "Lc", "Ls", "kc", "ks")
-_LOOKS = {"c": "c", "s": "s", "Lc": "L c", "Ls": "L s", "kc": "κ c", "ks": "κ s"}
+_TERMS = {"c": "c", "s": "s", "Lc": "L c", "Ls": "L s", "kc": "κ c", "ks": "κ s"}
 
 
 class Entry(NamedTuple):
@@ -108,7 +107,7 @@ def as_text(factors: Factors) -> str:
         factor = factors.get(symbol, 0)
         if factor:
             sign = "−" if factor < 0 else "+"
-            text += f" {sign} {_LOOKS[symbol]}" if text else sign.replace("+", "") + _LOOKS[symbol]
+            text += f" {sign} {_TERMS[symbol]}" if text else sign.replace("+", "") + _TERMS[symbol]
     return text or "0"
 
 

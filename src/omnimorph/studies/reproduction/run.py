@@ -23,7 +23,7 @@ from omnimorph.errors import InputError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import write_text
 from omnimorph.results.run import Run
-from omnimorph.studies.flight_log import FlightLog, Flown
+from omnimorph.studies.flight_log import FlightLog, FlightResult
 from omnimorph.studies.many_flights import Job, fly_jobs, fly_runs
 from omnimorph.studies.own_folder import FLIGHTS, check_own, own_folder
 from omnimorph.studies.processes import busy_pool
@@ -31,16 +31,15 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import count_ablation, fly_ablation
 from omnimorph.studies.reproduction.degraded import count_degraded, fly_degraded, paper_loss
 from omnimorph.studies.reproduction.design import examine_design
-from omnimorph.studies.reproduction.findings import Findings
+from omnimorph.studies.reproduction.figures.page import N_PICTURES, draw_pictures
 from omnimorph.studies.reproduction.flight_claims import judge_flights
 from omnimorph.studies.reproduction.flights import A, B, count_flights, fly_paper
 from omnimorph.studies.reproduction.frontier import physical_limits
 from omnimorph.studies.reproduction.hypotheses import count_hypotheses, fly_hypotheses
 from omnimorph.studies.reproduction.interference import replay_experiment
-from omnimorph.studies.reproduction.markdown import results_text
-from omnimorph.studies.reproduction.page import command, write_page
-from omnimorph.studies.reproduction.pictures import N_PICTURES, draw_pictures
+from omnimorph.studies.reproduction.page import command, page_text, results_text
 from omnimorph.studies.reproduction.plan import Plan
+from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.tilt_choice import (
     TiltChoice,
     count_choices,
@@ -99,9 +98,9 @@ def reproduce(out: Path, plan: Plan, progress: Progress | None = None) -> Path:
     try:
         with FlightLog(out / FLIGHTS) as log:
             work = _Work(plan, log, progress)
-            findings = work.find()
+            results = work.find()
         with own_folder(out, SCHEMA) as folder:
-            _write(findings, work, folder)
+            _write(results, work, folder)
     except KeyboardInterrupt:
         if not len(log):
             raise
@@ -115,7 +114,7 @@ class _Work:
 
     def __init__(self, plan: Plan, log: FlightLog, progress: Progress | None) -> None:
         self.plan, self.log = plan, log
-        self.flown: dict[str, list[tuple[Job, Flown]]] = {}
+        self.flown: dict[str, list[tuple[Job, FlightResult]]] = {}
         self._progress, self._done = progress, 0
         counts = (
             count_flights,
@@ -126,7 +125,7 @@ class _Work:
         )
         self._total = sum(count(plan) for count in counts) + N_PICTURES
 
-    def find(self) -> Findings:
+    def find(self) -> Results:
         """Answer every question of the page; what needs no flights is asked beside them."""
         plan, fly_them = self.plan, self.fly_jobs
         aside = busy_pool(1)
@@ -134,7 +133,7 @@ class _Work:
             design, experiment = aside.submit(examine_design), aside.submit(replay_experiment)
             physical, bound = aside.submit(physical_limits), aside.submit(find_lower_bound)
             gaps = aside.submit(measure_gaps, plan.seeds[0])
-            return Findings(
+            return Results(
                 flights=fly_paper(plan, fly_them),
                 hypotheses=fly_hypotheses(plan, fly_them),
                 ablation=fly_ablation(plan, fly_them),
@@ -151,10 +150,10 @@ class _Work:
         finally:
             aside.shutdown(cancel_futures=True)
 
-    def fly_jobs(self, jobs: Sequence[Job], words: str) -> list[Flown]:
+    def fly_jobs(self, jobs: Sequence[Job], purpose: str) -> list[FlightResult]:
         """Fly jobs, all that are not in the log."""
-        flown = fly_jobs(jobs, self.log, lambda: self.report(f"flying {words}"))
-        self.flown.setdefault(words, []).extend(zip(jobs, flown, strict=True))
+        flown = fly_jobs(jobs, self.log, lambda: self.report(f"flying {purpose}"))
+        self.flown.setdefault(purpose, []).extend(zip(jobs, flown, strict=True))
         return flown
 
     def report(self, label: str) -> None:
@@ -175,47 +174,47 @@ def _fly_drawn_losses(plan: Plan) -> dict[str, Run]:
     return dict(zip(_DRAWN_LOSSES, runs, strict=True))
 
 
-def _write(findings: Findings, work: _Work, folder: Path) -> None:
-    judged = _judged(findings)
+def _write(results: Results, work: _Work, folder: Path) -> None:
+    judged = _judged(results)
     names = {name: f"run-{name}.nc" for name in _KEPT}
     for name, file in names.items():
-        findings.flights.runs[name].save(folder / file)
-    pictures = draw_pictures(findings, folder / "figures", work.report, draft=work.plan.quick)
-    write_page(
-        folder / "report.html",
-        findings,
+        results.flights.runs[name].save(folder / file)
+    pictures = draw_pictures(results, folder / "figures", work.report, draft=work.plan.quick)
+    page = page_text(
+        results,
         judged,
         pictures,
         plan=work.plan,
         flown=work.flown,
         run_files=list(names.values()),
     )
+    write_text(folder / "report.html", page)
     rows = [row for part in judged.values() for row in part]
-    write_text(folder / "results.md", results_text(findings, rows, command(work.plan)))
+    write_text(folder / "results.md", results_text(results, rows, command(work.plan)))
     # Last, as it makes the folder ours.
-    text = json.dumps(_plain(_results(findings, judged, work)), indent=2, allow_nan=False)
+    text = json.dumps(_plain(_results(results, judged, work)), indent=2, allow_nan=False)
     write_text(folder / "results.json", text + "\n")
 
 
-def _judged(findings: Findings) -> dict[str, list[Judged]]:
+def _judged(results: Results) -> dict[str, list[Judged]]:
     """Return every claim of the paper, judged, by the section in which it stands."""
     forces = ("omnidirectional", "hover_lost", "break_even", "own_mechanism")
-    design = findings.design.judged
+    design = results.design.judged
     sections = {
         "design": [row for row in design if not row.claim.key.startswith(forces)],
         "forces": [row for row in design if row.claim.key.startswith(forces)],
-        "flights": judge_flights(findings.flights, findings.hypotheses),
-        "interference": findings.experiment.judged,
-        "degraded": findings.degraded.judged,
+        "flights": judge_flights(results.flights, results.hypotheses),
+        "interference": results.experiment.judged,
+        "degraded": results.degraded.judged,
     }
     found = [row.claim.key for rows in sections.values() for row in rows]
     assert sorted(found) == sorted(paper.claims()), "each claim is judged once"
     return sections
 
 
-def _results(findings: Findings, judged: dict[str, list[Judged]], work: _Work) -> dict[str, Any]:
+def _results(results: Results, judged: dict[str, list[Judged]], work: _Work) -> dict[str, Any]:
     """Return what ``results.json`` holds; nothing in it depends on when or how fast it was made."""
-    flights = findings.flights
+    flights = results.flights
     return {
         "schema": SCHEMA,
         "schema_version": 3,
@@ -227,13 +226,13 @@ def _results(findings: Findings, judged: dict[str, list[Judged]], work: _Work) -
             not flown.completed for part in work.flown.values() for _, flown in part
         ),
         "claims": [row.as_dict() for rows in judged.values() for row in rows],
-        "design": findings.design.as_dict(),
+        "design": results.design.as_dict(),
         "flights": flights.as_dict(),
-        "hypotheses": [one.as_dict() for one in findings.hypotheses],
-        "ablation": findings.ablation.as_dict(),
-        "interference": findings.experiment.as_dict(),
-        "degraded": findings.degraded.as_dict(),
-        "tilt_choice": findings.tilt_choice.as_dict(),
+        "hypotheses": [one.as_dict() for one in results.hypotheses],
+        "ablation": results.ablation.as_dict(),
+        "interference": results.experiment.as_dict(),
+        "degraded": results.degraded.as_dict(),
+        "tilt_choice": results.tilt_choice.as_dict(),
     }
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 
 __all__ = ["Spread", "share_interval", "spread_of"]
 
@@ -34,7 +34,7 @@ class Spread(NamedTuple):
     completed: int
 
 
-def spread_of(flown: Sequence[Flown], metric: str, factor: float = 1.0) -> Spread:
+def spread_of(flown: Sequence[FlightResult], metric: str, factor: float = 1.0) -> Spread:
     """Return a metric over flights, times a factor."""
     values = factor * np.array(
         [getattr(one.metrics, metric) for one in flown if one.completed], dtype=np.float64

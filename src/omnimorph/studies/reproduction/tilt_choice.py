@@ -19,7 +19,7 @@ from omnimorph.results.run import Run
 from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.flight_log import Flown
+from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
 from omnimorph.studies.reproduction.flights import A, B
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
@@ -53,13 +53,13 @@ class Choice:
     label : str
     runs : mapping to Run
         The first seed, for the figure.
-    flown : mapping to list of Flown
+    flown : mapping to list of FlightResult
         One for each seed.
     """
 
     label: str
     runs: Mapping[str, Run]
-    flown: Mapping[str, list[Flown]]
+    flown: Mapping[str, list[FlightResult]]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -77,6 +77,16 @@ class Gap:
     scenario: str
     span: str
     gap: FloatArray
+
+    @property
+    def median(self) -> float:
+        """The excess that half of the steps stay below."""
+        return float(np.median(self.gap))
+
+    @property
+    def share_above_1_percent(self) -> float:
+        """How many of the steps cost over 1 % more, as a share."""
+        return float((self.gap > 0.01).mean())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -139,9 +149,9 @@ class TiltChoice:
                 {
                     "scenario": one.scenario,
                     "span": one.span,
-                    "median": float(np.median(one.gap)),
+                    "median": one.median,
                     "mean": float(one.gap.mean()),
-                    "share_above_1_percent": float((one.gap > 0.01).mean()),
+                    "share_above_1_percent": one.share_above_1_percent,
                     "largest": float(one.gap.max()),
                 }
                 for one in self.gaps

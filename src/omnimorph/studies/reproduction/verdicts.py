@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from omnimorph.report.tables import number
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.paper import PaperClaim
-from omnimorph.studies.reproduction.words import with_unit
+from omnimorph.studies.reproduction.wording import with_unit
 
 __all__ = [
     "NEAR",
@@ -30,7 +30,7 @@ __all__ = [
     "is_near",
     "judge",
     "order_holds",
-    "range_words",
+    "range_text",
     "survival_holds",
     "verdict_of",
 ]
@@ -38,28 +38,12 @@ __all__ = [
 NEAR = 0.10
 """As a share of the paper's value: near enough to say that it comes out."""
 
-RULES = {
-    "exact": "A count or a statement of mathematics holds if it is true as it stands.",
-    "number": f"A number holds if ours lies within {100 * NEAR:g} % of it.",
-    "bound": (
-        "A bound (“up to”) holds if ours, rounded to the paper's digits, is not below it: what it "
-        "allows must be allowed."
-    ),
-    "order": (
-        "An order holds if it holds between all flights of the one and all of the other; it does "
-        "not if it is reversed between all of them. Otherwise the seeds do not settle it."
-    ),
-    "survival": (
-        "A vehicle survives if Wilson's 95 % interval of the share of its flights that do lies "
-        "above one half, and fails if it lies below. Two things are counted: flights that are not "
-        "lost, and flights that keep the pose. The claim holds if it holds for both."
-    ),
-}
-"""The kinds of claims and when one of that kind holds."""
+RULES = ("exact", "number", "bound", "order", "survival")
+"""The kinds of claims; ``templates/rules.j2`` says when one of a kind holds."""
 
 
 class Verdict(enum.Enum):
-    """How a claim of the paper stands; the value is the word a reader sees."""
+    """How a claim of the paper stands; ``templates/rules.j2`` says what each stands for."""
 
     PREDICTED = "predicted"
     CALIBRATED = "calibrated"
@@ -67,30 +51,6 @@ class Verdict(enum.Enum):
     ASSUMED = "rests on assumptions"
     CONTRADICTED = "contradicted"
     NOT_EXPLAINED = "not explained"
-
-    @property
-    def meaning(self) -> str:
-        """What the word stands for, in a sentence."""
-        return _MEANINGS[self]
-
-
-_MEANINGS = {
-    Verdict.PREDICTED: "It holds by its rule, and nothing was fitted to it.",
-    Verdict.CALIBRATED: (
-        "It comes out, as stated or under a hypothesis that is named, but a parameter, or the "
-        "flight, was chosen from it. That proves little."
-    ),
-    Verdict.CONJECTURED: (
-        "It does not hold as the paper states it, but does under one further assumption, which is "
-        "named. Nothing was fitted."
-    ),
-    Verdict.ASSUMED: (
-        "What the paper does not publish decides it: noise, rotor lag, the length of the path, a "
-        "limit. Or the seeds do not settle it."
-    ),
-    Verdict.CONTRADICTED: "It does not hold; the reason is a proof, a closed form or a flight.",
-    Verdict.NOT_EXPLAINED: "The number differs, and nothing that we tried accounts for it.",
-}
 
 
 class Basis(enum.Enum):
@@ -238,21 +198,21 @@ class Judged:
         return self.here / self.claim.value - 1.0
 
     @property
-    def in_words(self) -> str:
+    def sentence(self) -> str:
         """The claim's number and ours, or what was found, in a sentence."""
         unit = self.claim.unit
         if self.claim.value is None:
             return f"Here: {self.found}."
-        theirs, ours = with_unit(number(self.claim.value, 5), unit), self.here_in_words
+        theirs, ours = with_unit(number(self.claim.value, 5), unit), self.here_text
         both = f"The paper: {theirs}. Here: {with_unit(ours, unit)}"
         return f"{both}; {self.found}." if self.found else f"{both}."
 
     @property
-    def here_in_words(self) -> str:
+    def here_text(self) -> str:
         """Our number with its range over the seeds; empty for a claim in words."""
         if self.here is None or self.low is None or self.high is None:
             return ""
-        return range_words(self.here, self.low, self.high)
+        return range_text(self.here, self.low, self.high)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the row as ``results.json`` has it."""
@@ -318,14 +278,14 @@ def _is_same(here: float, claimed: float) -> bool:
     return here == claimed
 
 
-def range_words(mean: float, low: float, high: float) -> str:
+def range_text(mean: float, low: float, high: float) -> str:
     """Return a mean with the smallest and largest in brackets, if these differ.
 
     Examples
     --------
-    >>> range_words(1736.5, 1708.8, 1764.3), range_words(4.0, 4.0, 4.0)
+    >>> range_text(1736.5, 1708.8, 1764.3), range_text(4.0, 4.0, 4.0)
     ('1736 (1709 … 1764)', '4')
-    >>> range_words(0.4686, 0.4635, 0.4736)
+    >>> range_text(0.4686, 0.4635, 0.4736)
     '0.47 (0.46 … 0.47)'
     """
     if low == high or not math.isfinite(mean):

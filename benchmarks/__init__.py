@@ -1,0 +1,1 @@
+"""Benchmarks that come with the repository and not with the installed package."""

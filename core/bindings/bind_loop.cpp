@@ -229,12 +229,16 @@ Numbers truth(const BoundFlight& flight) {
 
 /// The sums over the rows of a flight whose columns are kept, by name.
 nb::dict sums_of_run(const AnyVehicle& model, const nb::dict& columns, const Array& drag_power, bool is_completed,
-                     double physics_step, int control_every, double proof) {
+                     double physics_step, int control_every, bool single_precision) {
     if (control_every < 1) throw nb::value_error("there is a physics step at least between two commands");
     const Record record = record_from(columns, drag_power.size(), model.n_rotors, model.n_servos);
-    const RecordedRows recorded{record,       drag_power.data(), static_cast<long>(drag_power.size()),
-                                is_completed, physics_step,      control_every,
-                                proof};
+    const RecordedRows recorded{record,
+                                drag_power.data(),
+                                static_cast<long>(drag_power.size()),
+                                is_completed,
+                                physics_step,
+                                control_every,
+                                single_precision ? box_qp::proven<float> : box_qp::proven<double>};
     nb::dict sums;
     for_each_sum(sums_of(recorded, model),
                  [&](const char* name, const auto& sum) { sums[name] = static_cast<double>(sum); });
@@ -368,7 +372,8 @@ void bind_loop(nb::module_& m) {
         .def_prop_ro("step", [](const BoundFlight& f) { return f->step(); })
         .def_prop_ro("status", [](const BoundFlight& f) { return f->status(); });
     m.def("sums_of_run", &sums_of_run, nb::kw_only(), "model"_a, "columns"_a, "drag_power"_a, "is_completed"_a,
-          "physics_step"_a, "control_every"_a, "proof"_a);
+          "physics_step"_a, "control_every"_a, "single_precision"_a);
+    m.attr("LAST_SECOND") = last_second;
     m.def("new_flight", &new_flight, nb::kw_only(), "settings"_a, "reference"_a, "steps"_a, "lost_beyond"_a, "seed"_a,
           "flight"_a, "is_recorded"_a);
 }

@@ -231,7 +231,11 @@ def sign_again(file: h5py.File, version: int) -> None:
         (put("w<i>nd", np.zeros(ROWS)), True, "name of a logged column"),
         (rename, True, "name of a logged column"),
         (mark_a_column, True, "a name that a run does not have already"),
-        (put("other", np.zeros(ROWS), "<b>N</b>"), False, 'unit is "<b>N</b>"'),
+        (
+            put("other", np.zeros(ROWS), "<b>N</b>"),
+            False,
+            'other: logged column: unit is "<b>N</b>"',
+        ),
         (put("other", np.zeros(ROWS), np.zeros(3)), False, "unit is [0.0, 0.0, 0.0]"),
         (put("other", np.zeros((ROWS, 1, 1, 1, 1))), False, "up to 3 dimensions"),
         (put("other", 3.0), False, "shape of the numbers is ()"),

@@ -192,6 +192,15 @@ def test_control_steps_that_are_not_proven_are_counted_once_each() -> None:
     assert lost.metrics.unproven_steps == 3
 
 
+def test_without_a_residual_nothing_is_known_of_proofs() -> None:
+    """But a flight whose first decision failed has none that is not proven."""
+    for outcome in (Outcome.COMPLETED, Outcome.LOST, Outcome.PART_FAILED):
+        run = resting_run(3, kkt_residual=np.full(3, np.nan), outcome=outcome)
+        assert math.isnan(run.metrics.unproven_steps)
+    failed = resting_run(1, kkt_residual=np.full(1, np.nan), outcome=Outcome.NOT_FINITE)
+    assert failed.metrics.unproven_steps == 0
+
+
 def test_the_last_second_is_judged_alone() -> None:
     rows = 5001  # five seconds
     p = np.zeros((rows, 3))
@@ -235,7 +244,7 @@ def test_a_diverged_flight_is_measured_as_far_as_it_is_finite(column: str) -> No
 
 def test_numbers_too_large_to_square_become_null() -> None:
     metrics = resting_run(3, p_WB=np.full((3, 3), 1e200)).metrics
-    assert metrics.position_error_max_m == math.inf
+    assert metrics.position_error_max_m == metrics.position_error_mean_m == math.inf
     assert metrics.as_dict()["position_error_max_m"] is None
 
 

@@ -59,7 +59,10 @@ def test_the_key_of_a_chart_has_the_colours_of_its_curves() -> None:
             assert curve.style["stroke"] == colours.css(key[word]), (chart.title, curve.label)
             assert ("dash" in curve.style) == (flight == "b")
         assert ("dotted: limits" in key) == bool(chart.limits)
-    assert [chart.key for chart in charts_of(FLIGHTS[:1])[:2]] == [(), ()]
+    alone = charts_of(FLIGHTS[:1])
+    assert [chart.key for chart in alone[:2]] == [(), ()]
+    strokes = [chart.curves[0].look["stroke"].upper() for chart in (alone[0], alone[-1])]
+    assert strokes == [COLUMN["p_WB"].colour, COLUMN["drag_power"].colour]
 
 
 def test_limits_in_plots_are_those_of_the_vehicle() -> None:

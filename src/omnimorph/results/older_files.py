@@ -21,26 +21,12 @@ SCHEMA_VERSION = max(_OWN, WITH_LOGS)
 1 had the thrust commanded as ``thrust``, the actual tilt as ``tilt``, and no actual thrust.
 """
 
-_SCHEMA_1 = {
-    "p_WB": "p_WB",
-    "R_WB": "R_WB",
-    "v_WB": "v_WB",
-    "w_WB_B": "w_WB_B",
-    "desired_p_WB": "desired_p_WB",
-    "desired_R_WB": "desired_R_WB",
-    "desired_v_WB": "desired_v_WB",
-    "desired_w_WB_B": "desired_w_WB_B",
-    "thrust_command": "thrust",
-    "speed": "speed",
-    "tilt_actual": "tilt",
-    "tilt_command": "tilt_command",
-    "wrench_asked": "wrench_asked",
-    "wrench_achieved": "wrench_achieved",
-    "drag_power": "drag_power",
-    "cost": "cost",
-    "kkt_residual": "kkt_residual",
-    "active": "active",
-}
+_IN_SCHEMA_1 = """
+    p_WB R_WB v_WB w_WB_B desired_p_WB desired_R_WB desired_v_WB desired_w_WB_B thrust_command speed
+    tilt_actual tilt_command wrench_asked wrench_achieved drag_power cost kkt_residual active
+"""  # hashed in this order
+_SCHEMA_1 = {name: name for name in _IN_SCHEMA_1.split()}
+_SCHEMA_1 |= {"thrust_command": "thrust", "tilt_actual": "tilt"}
 
 
 def schema_of(run: RunRecord) -> int:

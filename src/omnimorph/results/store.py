@@ -138,7 +138,10 @@ def _logged(file: Any, version: int) -> dict[str, LoggedColumn]:
     for name in _names_of_logged(file, version):
         if file[name].dtype != np.float64:
             raise InputError.at("run", f"type of {legible(name)}", str(file[name].dtype), "float64")
-        logged[name] = LoggedColumn(file[name][...], plain(file[name].attrs.get("units")))
+        try:
+            logged[name] = LoggedColumn(file[name][...], plain(file[name].attrs.get("units")))
+        except InputError as error:
+            raise InputError(f"{legible(name)}: {error}") from None
     return logged
 
 

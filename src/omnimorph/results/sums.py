@@ -11,11 +11,9 @@ from omnimorph.model.core import as_core
 from omnimorph.protocols import FloatArray
 from omnimorph.results.record import COLUMNS, Outcome, RunRecord
 
-__all__ = ["LAST_SECOND", "PROOF", "PROOF_IN_SINGLE_PRECISION", "FlightSums", "sums_of_run"]
+__all__ = ["LAST_SECOND", "FlightSums", "sums_of_run"]
 
-PROOF, PROOF_IN_SINGLE_PRECISION = 1e-9, 1e-4
-"""An allocation whose KKT residual is not larger proves itself."""
-LAST_SECOND = 1.0
+LAST_SECOND = _core.LAST_SECOND
 """Over which the end of a flight is judged, s."""
 
 
@@ -79,7 +77,6 @@ def sums_of_run(run: RunRecord) -> dict[str, float]:
     """Return what the core adds up over the rows of a run, before the first that is not finite."""
     flown = run.provenance
     every = max(round(min(flown.control_period / flown.physics_step, len(run.time))), 1)
-    single = '"precision": "float32"' in flown.scenario_text
     return _core.sums_of_run(
         model=as_core(run.vehicle),
         columns={one.name: np.ascontiguousarray(run[one.name]) for one in COLUMNS},
@@ -87,5 +84,5 @@ def sums_of_run(run: RunRecord) -> dict[str, float]:
         is_completed=run.outcome is Outcome.COMPLETED,
         physics_step=flown.physics_step,
         control_every=every,
-        proof=PROOF_IN_SINGLE_PRECISION if single else PROOF,
+        single_precision='"precision": "float32"' in flown.scenario_text,
     )

@@ -286,16 +286,16 @@ void bind_loop(nb::module_& m) {
           "tilts"_a);
     m.def(
         "reference_acceleration",
-        [](const AnyControllerSettings& s, const Array& state, const Array& desired) {
+        [](const AnyControllerSettings& s, nb::handle state, nb::handle desired) {
             return new_array(reference_acceleration(motion_from(state), desired_from(desired), s.tracking.gains).a,
                              {6});
         },
         "settings"_a, "state"_a, "desired"_a);
     m.def(
         "wrench_for",
-        [](const AnyVehicle& v, const Array& state, const Array& acceleration) {
-            expect_size(acceleration, 6, "acceleration");
-            return new_array(wrench_for(v, motion_from(state), vector_from<6>(acceleration.data())).a, {6});
+        [](const AnyVehicle& v, nb::handle state, nb::handle acceleration) {
+            const auto wish = row_from<6>(acceleration, "acceleration");
+            return new_array(wrench_for(v, motion_from(state), vector_from<6>(wish.data())).a, 6);
         },
         "vehicle"_a, "state"_a, "acceleration"_a);
 

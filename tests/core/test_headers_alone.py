@@ -40,7 +40,9 @@ OTHERS = {  # what parameters stand for in single headers ("*"), and in single t
     "flight/record.hpp": {
         "*": {"Rows": "3", "Columns": "0", "Stored": "double", "Values": "PerRotor<{T}, {N}>"}
     },
-    "flight/stored_state.hpp": {"*": {"X": "FlightState<double, {N}>"}},
+    "flight/stored_state.hpp": {
+        "*": {"X": "FlightState<double, {N}>", "Bytes": "const unsigned char*"}
+    },
     "math/fields.hpp": {
         "*": {
             **SAMPLE,

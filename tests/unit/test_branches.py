@@ -59,13 +59,13 @@ def fly(plant: om.SimulatedPlant, first: int) -> list[FloatArray]:
 
 
 def steer(controller: om.PoseController, first: int) -> list[FloatArray]:
-    """Step a controller along the way to somewhere; return all that it answers."""
+    """Step a controller that hovers and shall move a little; return all that it answers."""
     rows = []
-    reference = om.load_scenario("paper-case-b").reference
+    still = om.load_scenario("hover").reference(0.0)
+    state = om.State(*still[:4])
     for k in range(first, first + PERIODS):
-        desired = reference(0.4 * k)
-        lagging = om.State(*reference(0.4 * k - 0.1 * (k > 0))[:4])
-        a = controller.step(lagging, desired)
+        acceleration = np.array([0.05 * np.sin(0.3 * k), 0.05 * np.cos(0.4 * k), 0.1])
+        a = controller.step(state, still._replace(a_WB=acceleration))
         rows += [a.thrust, a.tilt, a.active, a.wrench_asked, np.array([a.cost, a.kkt_residual])]
     return rows
 

@@ -10,6 +10,7 @@ import pytest
 import omnimorph as om
 from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.protocols import Plant
+from omnimorph.simulation.fly import measurement_noise
 
 VEHICLE = om.load_vehicle("omnimorph")
 REST = om.Command(np.zeros(8), np.zeros(1))
@@ -102,6 +103,15 @@ def test_one_that_begins_anew_is_a_new_one_to_the_last_bit(seed: int) -> None:
         for one, same in zip(new.step(REST), used.step(REST), strict=True):
             np.testing.assert_array_equal(one, same)
     assert used.stored_state() == new.stored_state()
+
+
+@pytest.mark.parametrize(("seed", "flight"), [(7, 0), (7, 5), (2**64 - 1, 2**32 - 1)])
+def test_its_seed_holds_the_number_of_the_flight(seed: int, flight: int) -> None:
+    noise = om.effects.MeasurementNoise(position=1e-3)
+    flown = om.SimulatedPlant(VEHICLE, om.PlantModel(effects=(noise,)))
+    flown.reset(MOVING, 0.0, THRUST, flight << 64 | seed)
+    error = 1e-3 * measurement_noise(seed, flight, 1)[0, :3]
+    np.testing.assert_allclose(flown.measure().p_WB, MOVING.p_WB + error, rtol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -39,9 +39,11 @@ def wrench_for(vehicle: Vehicle, state: State, wanted: ArrayLike) -> FloatArray:
     -----
     Aboudorra et al. 2024, eq. (3).
     """
-    row = np.ascontiguousarray(wanted, dtype=np.float64)
-    p, R, v, w = state
-    return _core.wrench_for(as_core(vehicle), state_row(p, R, v, w), row)
+    try:
+        return _core.wrench_for(as_core(vehicle), state, wanted)
+    except (TypeError, ValueError):  # not yet so many numbers in float64
+        row = np.ascontiguousarray(wanted, dtype=np.float64)
+        return _core.wrench_for(as_core(vehicle), state_row(*state), row)
 
 
 def hover_thrust(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:

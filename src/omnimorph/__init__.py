@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from omnimorph.simulation.fly import fly
     from omnimorph.simulation.fly_many import fly_many
     from omnimorph.simulation.loop import SteppedFlight
+    from omnimorph.simulation.parts import with_parts
     from omnimorph.simulation.paths import paths, replaced, value_at
     from omnimorph.simulation.plant import PlantModel, SimulatedPlant
     from omnimorph.simulation.scenario import Scenario
@@ -101,6 +102,7 @@ _HOME = {
     "stability_margins": "control.margins",
     "textbook": "textbook",
     "value_at": "simulation.paths",
+    "with_parts": "simulation.parts",
 }
 _MODULES = {"analysis", "effects", "identification", "textbook"}
 
@@ -156,6 +158,7 @@ __all__ = [
     "stability_margins",
     "textbook",
     "value_at",
+    "with_parts",
 ]
 
 

@@ -61,7 +61,7 @@ def test_the_key_of_a_chart_has_the_colours_of_its_curves() -> None:
         assert ("dotted: limits" in key) == bool(chart.limits)
     alone = charts_of(FLIGHTS[:1])
     assert [chart.key for chart in alone[:2]] == [(), ()]
-    strokes = [chart.curves[0].look["stroke"].upper() for chart in (alone[0], alone[-1])]
+    strokes = [chart.curves[0].style["stroke"].upper() for chart in (alone[0], alone[-1])]
     assert strokes == [COLUMN["p_WB"].colour, COLUMN["drag_power"].colour]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import re
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="PLANT",
         help="fly in another plant: perfect, realistic, realistic-1, or a TOML file",
     )
+    add_part_arguments(parser)
     parser.add_argument(
         "--seed", type=seed_number, default=0, metavar="K", help="seed of the noise (default: 0)"
     )
@@ -59,19 +59,41 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_page_arguments(parser.add_argument_group("with --view"))
 
 
+PARTS = {
+    "sensors": "those of a plant",
+    "estimator": "that of a plant",
+    "controller": "that of a scenario",
+    "allocator": "a kind of rule with the scenario's weights, or that of a scenario",
+    "reference": "that of a scenario, or a CSV file of poses",
+    "disturbance": "the forces of a plant, beside those there are",
+}
+
+
+def add_part_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that replace parts of a scenario."""
+    parts = parser.add_argument_group("other parts: a name, a file, or my_module:MyObject")
+    for name, meaning in PARTS.items():
+        parts.add_argument(f"--{name}", metavar=name.upper(), help=meaning)
+    parts.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="run code that the scenario or an argument names; without it, it is refused",
+    )
+
+
 def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write, and say how it went."""
     import omnimorph as om
 
     if not options.view:
         check_no_page(options, "there is none without --view")
-    scenario = om.load_scenario(options.scenario)
+    scenario = om.load_scenario(options.scenario, allow_code=options.allow_code)
     if options.vehicle is not None:
         vehicle = om.load_vehicle(options.vehicle)
         scenario = scenario.for_vehicle(vehicle, plant=options.plant)
-    elif options.plant is not None:
-        scenario = replace(scenario, plant=om.load_plant(options.plant))
-    changes = [Path(name).stem for name in (options.vehicle, options.plant) if name]
+    given: dict[str, Any] = {name: getattr(options, name) for name in ("plant", *PARTS)}
+    scenario = om.with_parts(scenario, **given, allow_code=options.allow_code)
+    changes = [Path(name).stem for name in (options.vehicle, *given.values()) if name]
     out = options.out or Path("runs", _folder_name(scenario.name, changes, options.seed))
     check_folder(out)
     if options.view:

@@ -83,6 +83,22 @@ def with_parts(
 ) -> Scenario:
     """Return a scenario with some of its parts replaced; what is None stays.
 
+    Parameters
+    ----------
+    scenario : Scenario, str or path
+        Or its name or file.
+    plant, sensors, estimator, controller, allocator, reference, disturbance : optional
+        As `fly` takes them.
+    allow_code : bool
+        Whether code may run that a file or a text names.
+
+    Examples
+    --------
+    >>> import omnimorph as om
+    >>> changed = om.with_parts("hover", plant="perfect", allocator="fixed-tilt")
+    >>> changed.plant.name, changed.allocator.kind
+    ('perfect', 'fixed-tilt')
+
     Raises
     ------
     ScenarioError
@@ -117,7 +133,9 @@ def with_parts(
             own = replace(own, controller=None)
         own = replace(own, allocator=part if is_own else None)
         if not is_own:
-            scenario = replace(scenario, allocator=_rule(scenario, part), proposed=False)
+            scenario = replace(
+                scenario, allocator=_rule(scenario, part), proposed=False, overrides={}
+            )
     if disturbance is not None:
         part = _resolved("disturbance", disturbance, allow_code)
         if _is_own(part, Effect, PlantModel, Sequence):
@@ -160,7 +178,7 @@ def _with_effects(scenario: Scenario, stage: str, part: Any, in_place_of: str | 
 def _with_controller(scenario: Scenario, part: Any) -> Scenario:
     """Return a scenario with these gains, or with the whole controller of another scenario."""
     if isinstance(part, TrackingGains):
-        return replace(scenario, gains=part, proposed=False)
+        return replace(scenario, gains=part, proposed=False, overrides={})
     other = as_scenario(part)
     return replace(
         scenario,
@@ -168,6 +186,7 @@ def _with_controller(scenario: Scenario, part: Any) -> Scenario:
         allocator=other.allocator,
         attitude_gives_way=other.attitude_gives_way,
         proposed=False,
+        overrides={},
     )
 
 

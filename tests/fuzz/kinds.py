@@ -203,10 +203,12 @@ def make_run(rng: Random) -> bytes:
 
 
 def _sign_again(file: Any) -> None:
-    """Let the hash of a changed run be right, if it can be: what else is wrong must be told."""
+    """Let the hash of a changed run be right, if it can be: what else is wrong must be reported."""
     with suppress(Exception):
-        told = {name: store._attribute("", file, key) for key, name in store._ATTRIBUTES.items()}
-        provenance = Provenance(**told)
+        reported = {
+            name: store._attribute("", file, key) for key, name in store._ATTRIBUTES.items()
+        }
+        provenance = Provenance(**reported)
         outcome = store._outcome("", file)
         hash_now = store._hash(store._columns("", file), outcome, provenance)
         file.attrs["content_hash"] = hash_now

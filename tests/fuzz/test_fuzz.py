@@ -43,12 +43,12 @@ def fuzzed(folder: Path, *words: object) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_bad_files_are_told(kind: str, tmp_path: Path) -> None:
+def test_bad_files_are_reported(kind: str, tmp_path: Path) -> None:
     assert fuzzed(tmp_path, "cases", kind, 0, CASES[kind]) == []
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_once_failed_is_told(kind: str, tmp_path: Path) -> None:
+def test_what_once_failed_is_reported(kind: str, tmp_path: Path) -> None:
     files = sorted((SEEDS / kind).glob("*"))
     assert files
     assert fuzzed(tmp_path, "files", kind, *files) == []

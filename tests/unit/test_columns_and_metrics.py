@@ -119,7 +119,7 @@ def older(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any]:
+def reported(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any]:
     """Return the answers of a copy of the package with a new column and a new metric."""
     folder = tmp_path_factory.mktemp("changed")
     copy = folder / "omnimorph"
@@ -145,40 +145,40 @@ def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any
     return answers
 
 
-def test_a_new_column_is_in_file_hash_memory_and_documentation(told: dict[str, Any]) -> None:
-    schema, units, long_name, same = told["kept"]
+def test_a_new_column_is_in_file_hash_memory_and_documentation(reported: dict[str, Any]) -> None:
+    schema, units, long_name, same = reported["kept"]
     assert (schema, units, same) == (SCHEMA_VERSION + 1, "A", True)
     assert long_name == "current of the rotor's motor"
-    assert told["read"]
-    assert told["hash"] == [True, False]
-    assert told["documented"][0]
+    assert reported["read"]
+    assert reported["hash"] == [True, False]
+    assert reported["documented"][0]
     vehicle = om.load_vehicle("omnimorph")
     sizes = sizes_of(vehicle)
     today = 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)
-    assert told["bytes"] == today + 8 * vehicle.n_rotors
+    assert reported["bytes"] == today + 8 * vehicle.n_rotors
 
 
-def test_files_from_before_a_column_stay_readable(told: dict[str, Any], older: Path) -> None:
+def test_files_from_before_a_column_stay_readable(reported: dict[str, Any], older: Path) -> None:
     """Their hash, which knows nothing of it, still holds; what nobody recorded is NaN."""
-    assert told["older"] == [True, load_run(older).content_hash, None]
+    assert reported["older"] == [True, load_run(older).content_hash, None]
 
 
 def test_a_file_with_a_column_of_a_newer_omnimorph_asks_for_one(
-    told: dict[str, Any], older: Path
+    reported: dict[str, Any], older: Path
 ) -> None:
-    newer = Path(told["package"]).parent.parent / "new.nc"
+    newer = Path(reported["package"]).parent.parent / "new.nc"
     with pytest.raises(RunFileError, match=r"its schema version is .*install a newer omnimorph"):
         load_run(newer)
 
 
-def test_a_new_metric_is_in_json_tables_batches_and_documentation(told: dict[str, Any]) -> None:
-    found, expected = told["metric"]
-    assert found == told["json"] == pytest.approx(expected, rel=1e-15)
-    assert told["many"] == [1e3, 2e3]
-    [shown], [row] = told["shown"], told["table"]
+def test_a_new_metric_is_in_json_tables_batches_and_documentation(reported: dict[str, Any]) -> None:
+    found, expected = reported["metric"]
+    assert found == reported["json"] == pytest.approx(expected, rel=1e-15)
+    assert reported["many"] == [1e3, 2e3]
+    [shown], [row] = reported["shown"], reported["table"]
     assert shown[0] == row[0] == "current of a motor, largest"
     assert shown[2] == row[2] == "mA"
-    assert told["documented"][1]
+    assert reported["documented"][1]
 
 
 # --- what is declared here and in the core ------------------------------------------------------

@@ -215,19 +215,19 @@ om.load_run("large.nc")""",
 @pytest.mark.parametrize("door", DOORS)
 def test_a_door_refuses_before_it_takes(door: str, tmp_path: Path) -> None:
     program = "\n".join(f"    {line}" for line in DOORS[door].strip().splitlines())
-    told = limited(
+    reported = limited(
         f"try:\n{program}\nexcept TooLargeError as refused:\n"
         "    print(refused)\n    print(peak() - before)\n",
         tmp_path,
     )
-    message, megabytes = told
+    message, megabytes = reported
     size = r"[\d.e+]+ [MGT]B"
     assert re.search(rf"need about {size} of memory, but {size} are free; .*\.$", message)
     assert float(megabytes) < 100.0
 
 
 def test_the_estimate_is_what_a_flight_takes(tmp_path: Path) -> None:
-    told = limited(
+    reported = limited(
         "from omnimorph.simulation.loop_parts import bytes_of_flights\n"
         "scenario = lasting(300.0)\n"
         "before = peak()\n"
@@ -235,13 +235,13 @@ def test_the_estimate_is_what_a_flight_takes(tmp_path: Path) -> None:
         "print(peak() - before, bytes_of_flights(scenario, 1) / 2**20)\n",
         tmp_path,
     )
-    took, estimated = map(float, told[0].split())
+    took, estimated = map(float, reported[0].split())
     assert 0.9 * took < estimated < 1.3 * took
 
 
 def test_what_fits_is_flown_under_the_same_limit(tmp_path: Path) -> None:
-    told = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())", tmp_path)
-    assert told == ["True"]
+    reported = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())", tmp_path)
+    assert reported == ["True"]
 
 
 @pytest.mark.parametrize(
@@ -273,8 +273,10 @@ except RunFileError as refused:
 """,
         tmp_path,
     )
-    told = "claims.nc: the run cannot be read: it is cut off or damaged (it does not hold all of "
-    assert message == f"{told}time)."
+    reported = (
+        "claims.nc: the run cannot be read: it is cut off or damaged (it does not hold all of "
+    )
+    assert message == f"{reported}time)."
     assert float(megabytes) < 20.0
 
 

@@ -40,20 +40,20 @@ def test_attitude_gives_way_of_the_base_stays(tmp_path: Path) -> None:
     assert not load(tmp_path, PROPOSED.format("hover")).attitude_gives_way
 
 
-def test_proposed_and_told_is_refused(tmp_path: Path) -> None:
+def test_proposed_and_given_is_refused(tmp_path: Path) -> None:
     for line in ("position_per_s2 = 9.0", 'allocator.kind = "fixed-tilt"'):
         with pytest.raises(ScenarioError, match="left out where proposed = true") as caught:
             load(tmp_path, PROPOSED.format("hover") + line + "\n")
         assert caught.value.key == f"controller.{line.split()[0].split('.')[0]}"
-    told = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nrate_per_s = 9.0\n'
+    reported = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nrate_per_s = 9.0\n'
     with pytest.raises(ScenarioError, match=r"controller\.rate_per_s is 9\.0, but"):
-        load(tmp_path, told)
+        load(tmp_path, reported)
 
 
-def test_what_is_not_proposed_is_told_whole(tmp_path: Path) -> None:
-    told = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nproposed = false\n'
+def test_what_is_not_proposed_is_reported_whole(tmp_path: Path) -> None:
+    reported = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nproposed = false\n'
     with pytest.raises(ScenarioError, match=r"controller\.allocator is missing, but it must be"):
-        load(tmp_path, told)
+        load(tmp_path, reported)
     with pytest.raises(ScenarioError, match=r'controller\.proposed is "yes", but it must be true'):
         load(tmp_path, changed(PROPOSED.format("hover"), "true", '"yes"'))
     with pytest.raises(ScenarioError, match=r"controller\.propsed is not a known key; did you"):
@@ -89,7 +89,7 @@ def test_another_vehicle_gets_its_own_controller() -> None:
     assert flown.as_file()["controller"]["proposed"] is True
 
 
-def test_what_is_told_stays_told() -> None:
+def test_what_is_given_stays() -> None:
     hover = om.load_scenario("hover")
     other = hover.for_vehicle(om.load_vehicle("omnimorph-2026"))
     assert (other.gains, other.allocator) == (hover.gains, hover.allocator)

@@ -81,7 +81,7 @@ class PseudoInverse:
 
 
 class RigidBody:
-    """A plant: rotors that do at once what they are told, on a body with drag, by Euler's steps."""
+    """A plant: rotors that follow commands at once, on a body with drag, by Euler's steps."""
 
     physics_step, control_period = 1e-3, 4e-3
 

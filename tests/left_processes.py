@@ -77,7 +77,7 @@ def marked(command: list[str], folder: Path, **environment: str) -> Iterator[Mar
                 os.kill(number, signal.SIGKILL)
 
 
-# A shell may have told its background jobs to ignore Ctrl-C, and nohup the end of the terminal.
+# A shell may have made its background jobs ignore Ctrl-C, and nohup the end of the terminal.
 _OMNIMORPH = """
 import signal, sys
 signal.signal(signal.SIGINT, signal.default_int_handler)

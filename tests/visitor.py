@@ -36,9 +36,9 @@ class Visitor:
     url : str
         The address of the page.
     host : str
-        What is told as the Host; that of the address by default.
+        What is reported as the Host; that of the address by default.
     origin : str
-        What is told as the Origin; none by default, as by a program.
+        What is reported as the Origin; none by default, as by a program.
     """
 
     def __init__(self, url: str, *, host: str = "", origin: str = "") -> None:
@@ -82,7 +82,7 @@ class Visitor:
         return {label: labels[label]["uuid"] for label in labels if label is not None}
 
     def shown(self) -> list[dict[str, Any]]:
-        """Return all that the page is told when it opens."""
+        """Return all that the page is sent when it opens."""
         messages: list[dict[str, Any]] = []
         while not any(message["type"] == "ReplayDoneMessage" for message in messages):
             messages += self._heard()
@@ -92,8 +92,8 @@ class Visitor:
         raw = self._socket.recv(timeout=30.0)
         assert isinstance(raw, bytes)
         ends = 16 + int.from_bytes(raw[8:16], "little")
-        told = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(raw[16:ends]))
-        messages: list[dict[str, Any]] = told["messages"]
+        reported = msgspec.msgpack.decode(zstandard.ZstdDecompressor().decompress(raw[16:ends]))
+        messages: list[dict[str, Any]] = reported["messages"]
         return messages
 
 

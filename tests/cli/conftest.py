@@ -68,17 +68,17 @@ def interrupted(environment: dict[str, str], tmp_path: Path) -> Callable[..., tu
             stderr=theirs,
         )
         os.close(theirs)
-        told, pressed, deadline = b"", False, time.monotonic() + 100.0
+        reported, pressed, deadline = b"", False, time.monotonic() + 100.0
         while time.monotonic() < deadline:
             readable, _, _ = select.select([ours], [], [], 0.1)
             try:
-                told += os.read(ours, 4096) if readable else b""
+                reported += os.read(ours, 4096) if readable else b""
             except OSError:  # how Linux tells the end of a terminal
                 break
-            if seen in told and not pressed:
+            if seen in reported and not pressed:
                 process.send_signal(signal.SIGINT)
                 pressed = True
         os.close(ours)
-        return process.wait(timeout=10.0), told
+        return process.wait(timeout=10.0), reported
 
     return run

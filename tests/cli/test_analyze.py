@@ -81,23 +81,23 @@ def test_it_answers_in_words(program: Program, tmp_path: Path) -> None:
 def test_it_answers_programs_with_the_keys_that_are_documented(program: Program) -> None:
     done = program("analyze", "omnimorph", "--tilt", 45, "--json")
     assert (done.returncode, done.stderr) == (0, "")
-    told = json.loads(done.stdout)
-    assert told["schema"] == "omnimorph.analysis"
-    assert told["tilt_limits_deg"] == [0.0, 60.0]
-    (asked,) = [one for one in told["at_tilt"] if one["tilt_deg"] == [45.0]]
+    reported = json.loads(done.stdout)
+    assert reported["schema"] == "omnimorph.analysis"
+    assert reported["tilt_limits_deg"] == [0.0, 60.0]
+    (asked,) = [one for one in reported["at_tilt"] if one["tilt_deg"] == [45.0]]
     forces = asked["force_zero_moment"]
     assert forces["radius_N"] == pytest.approx(2.7478 * 5.3587, abs=3e-4)
     for normal, offset in zip(forces["normals"], forces["offsets_N"], strict=True):
         reach = max(np.asarray(forces["vertices_N"]) @ normal)
         assert reach == pytest.approx(offset, abs=1e-9)
-    low, high = told["hovering_range_deg"]["every_attitude_zero_moment"][0]
+    low, high = reported["hovering_range_deg"]["every_attitude_zero_moment"][0]
     assert (low, high) == pytest.approx((38.18346, 60.0), abs=1e-5)
-    assert told["sweep"]["condition_number"][0] is None
+    assert reported["sweep"]["condition_number"][0] is None
 
     page = (Path(__file__).parents[2] / "docs" / "analysis.md").read_text(encoding="utf-8")
     assert "`…_whole_turn`" in page
     documented = re.compile(r"(?:(?<=`)|(?<=\.))(\w+)`")
-    assert {key.removesuffix("_whole_turn") for key in keys_of(told)} <= set(
+    assert {key.removesuffix("_whole_turn") for key in keys_of(reported)} <= set(
         documented.findall(page)
     )
 
@@ -130,7 +130,7 @@ def test_a_folder_of_others_is_refused(program: Program, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (
             ["--tilt", "75"],
@@ -146,18 +146,18 @@ def test_a_folder_of_others_is_refused(program: Program, tmp_path: Path) -> None
         (["--tilt", "nan"], 'the command line: --tilt is "nan", but it must be a number of'),
     ],
 )
-def test_a_tilt_that_cannot_be_used(program: Program, words: list[str], told: str) -> None:
+def test_a_tilt_that_cannot_be_used(program: Program, words: list[str], expected: str) -> None:
     done = program("analyze", "omnimorph", *words)
     assert (done.returncode, done.stdout) == (2, "")
     (line,) = done.stderr.splitlines()
-    assert line.startswith(f"omnimorph: {told}")
+    assert line.startswith(f"omnimorph: {expected}")
 
 
 def test_beyond_the_limits_if_asked(program: Program) -> None:
-    told = json.loads(
+    reported = json.loads(
         program("analyze", "omnimorph", "--tilt", 75, "--beyond-limits", "--json").stdout
     )
-    (asked,) = [one for one in told["at_tilt"] if one["tilt_deg"] == pytest.approx([75.0])]
+    (asked,) = [one for one in reported["at_tilt"] if one["tilt_deg"] == pytest.approx([75.0])]
     assert asked["level_hover"] == {
         "feasible": False,
         "power_W": None,
@@ -180,14 +180,14 @@ def test_beyond_the_limits_if_asked(program: Program) -> None:
 def test_vehicles_that_can_do_little(
     program: Program, tmp_path: Path, rotors: str, mass: float, lift: float, rank: int, hovers: bool
 ) -> None:
-    told = json.loads(program("analyze", vehicle(tmp_path, rotors, mass), "--json").stdout)
-    (only,) = told["at_tilt"]
+    reported = json.loads(program("analyze", vehicle(tmp_path, rotors, mass), "--json").stdout)
+    (only,) = reported["at_tilt"]
     assert only["rank_thrust"] == rank
     assert only["largest_lift_N"] == pytest.approx(lift, abs=1e-9)
     assert only["level_hover"]["feasible"] is hovers
     assert only["force_zero_moment"]["radius_N"] == 0.0
-    assert told["morphing_trade"] is None
-    assert all(math.isfinite(number) for number in numbers_in(told))
+    assert reported["morphing_trade"] is None
+    assert all(math.isfinite(number) for number in numbers_in(reported))
 
 
 def test_a_vehicle_without_servos(program: Program, tmp_path: Path) -> None:

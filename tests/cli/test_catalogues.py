@@ -35,10 +35,10 @@ def test_help_names_every_command_and_exit_code(program: Program, words: tuple[s
 @pytest.mark.parametrize("command", list(COMMANDS))
 def test_every_command_has_help_and_json(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([command, "--help"]) == 0
-    told = capsys.readouterr()
-    assert told.err == ""
-    assert f"usage: omnimorph {command}" in told.out
-    assert "--json" in told.out
+    reported = capsys.readouterr()
+    assert reported.err == ""
+    assert f"usage: omnimorph {command}" in reported.out
+    assert "--json" in reported.out
 
 
 def test_help_loads_nothing_heavy(environment: dict[str, str]) -> None:

@@ -25,9 +25,9 @@ def test_numbers_are_those_of_the_analysis_and_of_the_flight(
 ) -> None:
     done = program("compare", "quadrotor", "omnimorph", "--out", "out", "--json")
     assert (done.returncode, done.stderr) == (0, "")
-    told = json.loads(done.stdout)
-    assert json.loads((folder / "out" / "results.json").read_text(encoding="utf-8")) == told
-    rows = {row["vehicle"]: row for row in told["vehicles"]}
+    reported = json.loads(done.stdout)
+    assert json.loads((folder / "out" / "results.json").read_text(encoding="utf-8")) == reported
+    rows = {row["vehicle"]: row for row in reported["vehicles"]}
     assert list(rows) == ["quadrotor", "omnimorph"]
     omnimorph = om.load_vehicle("omnimorph")
     found = om.analysis.platform(omnimorph)
@@ -70,7 +70,7 @@ def test_what_cannot_fly_is_compared_and_says_why(program: Program, folder: Path
     )
 
 
-def test_mistakes_are_told_before_anything_is_compared(program: Program, folder: Path) -> None:
+def test_mistakes_are_reported_before_anything_is_compared(program: Program, folder: Path) -> None:
     done = program("compare", "quadrotr")
     assert done.returncode == 2
     assert "quadrotor" in done.stderr

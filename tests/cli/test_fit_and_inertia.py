@@ -78,12 +78,12 @@ def test_fit_writes_its_page_and_the_same_numbers(program: Program, tmp_path: Pa
     for said in ("", replaced):  # a folder of ours is written over
         done = program("fit", "bench.csv", "--out", "found", "--json")
         assert (done.returncode, done.stderr) == (0, said)
-    told = json.loads(done.stdout)
-    assert told == json.loads((tmp_path / "found" / "results.json").read_text("utf-8"))
-    thrust = told["thrust_coefficient_N_per_Hz2"]["both"]
+    reported = json.loads(done.stdout)
+    assert reported == json.loads((tmp_path / "found" / "results.json").read_text("utf-8"))
+    thrust = reported["thrust_coefficient_N_per_Hz2"]["both"]
     assert thrust["low"] < from_SI(THRUST, "N_per_Hz2") < thrust["high"]
-    assert (told["rows"], told["force_outlier_lines"]) == (1600, [79])
-    assert [step["up"] for step in told["steps"]] == [True, False] * 3 + [True]
+    assert (reported["rows"], reported["force_outlier_lines"]) == (1600, [79])
+    assert [step["up"] for step in reported["steps"]] == [True, False] * 3 + [True]
     page = (tmp_path / "found" / "fit.html").read_text("utf-8")
     assert page.count("<svg") == 3
     assert "time_constant_up_ms = 25" in page
@@ -121,13 +121,13 @@ def test_inertia_adds_up(program: Program, tmp_path: Path) -> None:
     values = tomllib.loads(done.stdout)
     assert values["mass_kg"] == 25.0
     assert np.array(values["inertia_kg_m2"]) == pytest.approx(np.diag([19.0, 17.0, 12.0]))
-    told = json.loads(program("inertia", "parts.toml", "--json").stdout)
-    assert told["centre_of_mass_m"] == [0.0, 0.0, 0.0]
-    assert np.array(told["inertia_kg_m2"]) == pytest.approx(np.diag([19.0, 17.0, 12.0]))
-    assert told["warnings"] == []
+    reported = json.loads(program("inertia", "parts.toml", "--json").stdout)
+    assert reported["centre_of_mass_m"] == [0.0, 0.0, 0.0]
+    assert np.array(reported["inertia_kg_m2"]) == pytest.approx(np.diag([19.0, 17.0, 12.0]))
+    assert reported["warnings"] == []
 
 
-def test_inertia_of_a_rod_is_told_to_be_none(program: Program, tmp_path: Path) -> None:
+def test_inertia_of_a_rod_is_reported_to_be_none(program: Program, tmp_path: Path) -> None:
     ends = "".join(
         f'[[part]]\nkind = "point"\nmass_kg = 1.0\nposition_m = [{x}, 0.0, 0.0]\n' for x in (0, 2)
     )
@@ -139,7 +139,7 @@ def test_inertia_of_a_rod_is_told_to_be_none(program: Program, tmp_path: Path) -
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "expected"),
     [
         ('"box"', '"bx"', 'part[0].kind is "bx", but it must be one of box, cylinder, point.'),
         ("size_m", "siz_m", "part[0].siz_m is not a known key; did you mean size_m "),
@@ -151,11 +151,11 @@ def test_inertia_of_a_rod_is_told_to_be_none(program: Program, tmp_path: Path) -
         ("mass_kg = 12.0", "mass_kg = 1e308", "part[0].mass_kg is 1e+308, but it must be a "),
     ],
 )  # fmt: skip
-def test_bad_parts(program: Program, tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_bad_parts(program: Program, tmp_path: Path, old: str, new: str, expected: str) -> None:
     (tmp_path / "parts.toml").write_text(PARTS.replace(old, new), encoding="utf-8")
     done = program("inertia", "parts.toml")
     assert (done.returncode, done.stdout) == (2, "")
-    assert told in done.stderr
+    assert expected in done.stderr
     assert len(done.stderr.splitlines()) == 1
 
 

@@ -53,7 +53,7 @@ def files_in(folder: Path) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
 
 
-def test_a_flight_is_told_and_written(program: Program, tmp_path: Path) -> None:
+def test_a_flight_is_reported_and_written(program: Program, tmp_path: Path) -> None:
     done = program("fly", "paper-case-a")
     assert (done.returncode, done.stderr) == (0, "")
     assert "The flight was completed." in done.stdout
@@ -89,20 +89,20 @@ def test_every_metric_is_in_the_table(program: Program) -> None:
 def test_a_flight_for_programs(program: Program, tmp_path: Path) -> None:
     done = program("fly", "hover", "--json", "--seed", 7, "--out", "a/b")
     assert (done.returncode, done.stderr) == (0, "")
-    told = json.loads(done.stdout)
-    assert (told["scenario"], told["plant"], told["seed"]) == ("hover", "realistic", 7)
-    assert told["outcome"] == "completed"
-    assert told["real_time_factor"] > 0
-    assert {name: Path(path) for name, path in told["files"].items()} == {
+    reported = json.loads(done.stdout)
+    assert (reported["scenario"], reported["plant"], reported["seed"]) == ("hover", "realistic", 7)
+    assert reported["outcome"] == "completed"
+    assert reported["real_time_factor"] > 0
+    assert {name: Path(path) for name, path in reported["files"].items()} == {
         "run": Path("a/b/run.nc"),
         "metrics": Path("a/b/metrics.json"),
     }
-    assert told["metrics"] == json.loads((tmp_path / "a/b/metrics.json").read_text("utf-8"))
+    assert reported["metrics"] == json.loads((tmp_path / "a/b/metrics.json").read_text("utf-8"))
     assert files_in(tmp_path) == ["a", "a/b", "a/b/metrics.json", "a/b/run.nc"]
 
     scenario = om.load_scenario("hover")
-    assert told["content_hash"] == om.fly(scenario, seed=7).content_hash
-    assert told["content_hash"] != om.fly(scenario, seed=8).content_hash
+    assert reported["content_hash"] == om.fly(scenario, seed=7).content_hash
+    assert reported["content_hash"] != om.fly(scenario, seed=8).content_hash
 
 
 def test_the_folder_is_named_for_what_was_flown(program: Program, tmp_path: Path) -> None:
@@ -179,20 +179,20 @@ def test_interrupting_a_flight_leaves_nothing(
 ) -> None:
     """A long flight shows its progress on a terminal; Ctrl-C ends it there."""
     Path(tmp_path, "long.toml").write_text(LONG, encoding="utf-8")
-    code, told = interrupted(b"flying long", "fly", "long.toml", "--out", "deep/out")
+    code, reported = interrupted(b"flying long", "fly", "long.toml", "--out", "deep/out")
     assert code == 130
-    assert b"omnimorph: interrupted; nothing was written" in told
-    assert b"Traceback" not in told
+    assert b"omnimorph: interrupted; nothing was written" in reported
+    assert b"Traceback" not in reported
     assert files_in(tmp_path) == ["long.toml"]
 
 
 @pytest.mark.parametrize(
-    ("wall_time", "told"),
+    ("wall_time", "expected"),
     [(0.0332, "5 s flown in 0.033 s: 151"), (200.0, "200 s: 0.025"), (1234.0, "1234 s: 0.0041")],
 )
-def test_no_flight_is_zero_times_real_time(wall_time: float, told: str) -> None:
+def test_no_flight_is_zero_times_real_time(wall_time: float, expected: str) -> None:
     hover = om.load_scenario("hover")
     run = om.fly(hover)
     measured = replace(run.performance, wall_time=wall_time, real_time_factor=5 / wall_time)
     slow = replace(run, performance=measured)
-    assert f"{told} times real time." in _as_text(hover, slow, Path("out"))
+    assert f"{expected} times real time." in _as_text(hover, slow, Path("out"))

@@ -26,11 +26,11 @@ def test_what_is_printed_is_what_is_flown(program: Program, tmp_path: Path) -> N
     toml = done.stdout[done.stdout.index("[controller]\n") :]
     text = f'schema = 1\nname = "mine"\nbase = "hover"\n{toml}'
     (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
-    told = om.load_scenario(tmp_path / "mine.toml")
-    proposed = om.propose_controller(told.vehicle)
-    assert told.gains.axes("rate") == pytest.approx(proposed.gains.axes("rate"), rel=1e-5)
-    np.testing.assert_allclose(told.allocator.W1, proposed.allocator.W1, rtol=1e-5)
-    assert told.allocator.kind == proposed.allocator.kind
+    reported = om.load_scenario(tmp_path / "mine.toml")
+    proposed = om.propose_controller(reported.vehicle)
+    assert reported.gains.axes("rate") == pytest.approx(proposed.gains.axes("rate"), rel=1e-5)
+    np.testing.assert_allclose(reported.allocator.W1, proposed.allocator.W1, rtol=1e-5)
+    assert reported.allocator.kind == proposed.allocator.kind
 
 
 def test_gains_for_programs(program: Program) -> None:
@@ -46,7 +46,7 @@ def test_gains_for_programs(program: Program) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (["omnimorph", "--delay-ms", "600"], "delay is 0.6, but it must be at most"),
         (["omnimorph", "--delay-ms", "-1"], '--delay-ms is "-1", but it must be a number'),
@@ -57,13 +57,13 @@ def test_gains_for_programs(program: Program) -> None:
     ],
 )
 def test_what_cannot_be_proposed(
-    program: Program, tmp_path: Path, words: list[str], told: str
+    program: Program, tmp_path: Path, words: list[str], expected: str
 ) -> None:
     heavy = build_star(4, mass=2.0, name="heavy")
     (tmp_path / "heavy.toml").write_text(vehicle_text(heavy), encoding="utf-8")
     done = program("gains", *words)
     assert (done.returncode, done.stdout) == (2, "")
-    assert told in done.stderr
+    assert expected in done.stderr
     assert done.stderr.count("\n") == 1
 
 

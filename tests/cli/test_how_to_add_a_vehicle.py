@@ -34,5 +34,5 @@ def test_the_page_can_be_walked_through(
         [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
     )
     printed = [float(word) for word in done.stdout.strip(" []\n").split()]
-    (told,) = re.findall(r"`\[([^\]]*)\]`\.$", page, re.MULTILINE)
-    assert printed == [float(word.replace("−", "-")) for word in told.split(",")]
+    (reported,) = re.findall(r"`\[([^\]]*)\]`\.$", page, re.MULTILINE)
+    assert printed == [float(word.replace("−", "-")) for word in reported.split(",")]

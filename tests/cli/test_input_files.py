@@ -1,4 +1,4 @@
-"""Any input may be a pipe, a device, a folder or a name that no file has: told, and no hang."""
+"""Any input may be a pipe, a device, a folder or a name that no file has: reported, and no hang."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.parametrize("name", BAD)
 @pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
-def test_what_is_no_file_is_told(
+def test_what_is_no_file_is_reported(
     folder: Path, words: list[str], name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for file, text in NAMES.items():

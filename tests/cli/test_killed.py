@@ -80,10 +80,10 @@ def test_whoever_asks_it_ends_in_the_same_orderly_way(
         run.process.send_signal(number)
         assert run.left() == []
         assert run.process.stderr is not None
-        told = run.process.stderr.read()
+        reported = run.process.stderr.read()
         assert run.process.returncode == code
-    assert told.startswith("omnimorph: interrupted; ")
-    assert told.endswith(
+    assert reported.startswith("omnimorph: interrupted; ")
+    assert reported.endswith(
         "finished flights are kept in out/flights.jsonl; the same command goes on from there.\n"
     )
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["flights.jsonl"]

@@ -1,4 +1,4 @@
-"""What users get wrong is told in one line with the exit code 2, and nothing is written."""
+"""What users get wrong is reported in one line with the exit code 2, and nothing is written."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "sentence"),
     [
         ("fyl hover", "'fyl' is not a command; did you mean fly?"),
         ("zzz", "'zzz' is not a command; known are vehicles, new-vehicle, analyze, "),
@@ -87,17 +87,19 @@ def complaint(done: subprocess.CompletedProcess[str]) -> str:
         ("fly hover --out taken", "taken/run.nc: it cannot be written, because it is a folder."),
     ],
 )  # fmt: skip
-def test_words_that_cannot_be_used(program: Program, tmp_path: Path, words: str, told: str) -> None:
+def test_words_that_cannot_be_used(
+    program: Program, tmp_path: Path, words: str, sentence: str
+) -> None:
     Path(tmp_path, "folder.toml").mkdir()
     Path(tmp_path, "taken", "run.nc").mkdir(parents=True)
     Path(tmp_path, "binary.toml").write_bytes(b"\xff\xfe\x00")
     before = sorted(tmp_path.rglob("*"))
-    assert complaint(program(*words.split())).startswith(told)
+    assert complaint(program(*words.split())).startswith(sentence)
     assert sorted(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "expected"),
     [
         ("lost_beyond_m = 1.0", "lost_beyond_m = = 1", "mine.toml: this file is not valid TOML: "),
         ("lost_beyond_m", "lost_beyond", "mine.toml: lost_beyond is not a known key; did you mean "
@@ -112,18 +114,18 @@ def test_words_that_cannot_be_used(program: Program, tmp_path: Path, words: str,
     ],
 )  # fmt: skip
 def test_scenario_that_cannot_be_flown(
-    program: Program, tmp_path: Path, old: str, new: str, told: str
+    program: Program, tmp_path: Path, old: str, new: str, expected: str
 ) -> None:
     assert old in SCENARIO
     Path(tmp_path, "mine.toml").write_text(SCENARIO.replace(old, new, 1), encoding="utf-8")
     Path(tmp_path, "mine.vehicle.toml").write_text(VEHICLE, encoding="utf-8")
     line = complaint(program("fly", "mine.toml", "--out", "out"))
-    assert line.startswith(told)
+    assert line.startswith(expected)
     assert not Path(tmp_path, "out").exists()
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "expected"),
     [
         ("mass_kg = 1.2", "", "mass_kg is missing, but it must be "),
         ("mass_kg = 1.2", "mass_kg = -1.2", "mass_kg is -1.2, but it must be a positive "),
@@ -134,14 +136,14 @@ def test_scenario_that_cannot_be_flown(
     ],
 )  # fmt: skip
 def test_vehicle_that_cannot_be_used(
-    program: Program, tmp_path: Path, old: str, new: str, told: str
+    program: Program, tmp_path: Path, old: str, new: str, expected: str
 ) -> None:
     """The vehicle of a user's scenario: the message names the vehicle's file."""
     assert old in VEHICLE
     Path(tmp_path, "mine.toml").write_text(SCENARIO, encoding="utf-8")
     Path(tmp_path, "mine.vehicle.toml").write_text(VEHICLE.replace(old, new, 1), encoding="utf-8")
     line = complaint(program("fly", "mine.toml", "--out", "out"))
-    assert line.startswith(f"mine.vehicle.toml: {told}")
+    assert line.startswith(f"mine.vehicle.toml: {expected}")
     assert not Path(tmp_path, "out").exists()
 
 

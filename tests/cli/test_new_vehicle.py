@@ -74,7 +74,7 @@ def test_every_number_says_that_it_is_assumed(
         (["mine", "--kind", "other"], "invalid choice"),
     ],
 )
-def test_mistakes_are_told_and_nothing_is_written(
+def test_mistakes_are_reported_and_nothing_is_written(
     words: list[str],
     complaint: str,
     program: Program,

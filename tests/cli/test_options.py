@@ -37,14 +37,14 @@ def test_defaults_are_those_that_the_help_names(command: str) -> None:
 def test_a_flight_is_of_what_the_options_name(tmp_path: Path) -> None:
     words = ("fly", "hover", "--vehicle", "omnimorph-2026", "--plant", "perfect", "--seed", "5")
     with chdir(tmp_path):
-        told = answer_of(*words)
+        reported = answer_of(*words)
         alone = answer_of("fly", "hover", "--plant", "realistic-1")
     vehicle = om.load_vehicle("omnimorph-2026")
     expected = om.fly(om.load_scenario("hover").for_vehicle(vehicle, plant="perfect"), seed=5)
-    assert told.data["content_hash"] == expected.content_hash
-    named = [told.data[key] for key in ("scenario", "vehicle", "plant", "seed")]
+    assert reported.data["content_hash"] == expected.content_hash
+    named = [reported.data[key] for key in ("scenario", "vehicle", "plant", "seed")]
     assert named == ["hover", "omnimorph-2026", "perfect", 5]
-    assert "vehicle omnimorph-2026, plant perfect, seed 5" in told.text
+    assert "vehicle omnimorph-2026, plant perfect, seed 5" in reported.text
     assert (alone.data["plant"], alone.data["seed"]) == ("realistic-1", 0)
     assert (tmp_path / "runs" / "hover-omnimorph-2026-perfect-seed5" / "run.nc").is_file()
 

@@ -1,4 +1,4 @@
-"""The commands that open a page, visited by a program: what it may do, and what is told of it."""
+"""The commands that open a page, visited by a program: what it may do, and what is said of it."""
 
 from __future__ import annotations
 

@@ -89,35 +89,35 @@ def test_platforms_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
         "W/kg": "hover_power_W_per_kg",
     }
     rows = rows_of(answers["compare"].text)
-    for row, told in zip(rows, answers["compare"].data["vehicles"], strict=True):
-        vehicle = om.load_vehicle(told["vehicle"])
+    for row, reported in zip(rows, answers["compare"].data["vehicles"], strict=True):
+        vehicle = om.load_vehicle(reported["vehicle"])
         numbers = [vehicle.n_rotors, vehicle.n_servos, vehicle.mass]
-        assert [told[key] for key in ("rotors", "servos", "mass_kg")] == numbers
-        assert row["vehicle"] == told["vehicle"]
+        assert [reported[key] for key in ("rotors", "servos", "mass_kg")] == numbers
+        assert row["vehicle"] == reported["vehicle"]
         for head, key in keys.items():
-            assert is_shown(row[head], told[key]), head
-        assert is_shown(row["mm"], 1e3 * told["flight"]["position_error_mean_m"])
-        assert row["class"].split("; ")[-1] == told["thrust"]
+            assert is_shown(row[head], reported[key]), head
+        assert is_shown(row["mm"], 1e3 * reported["flight"]["position_error_mean_m"])
+        assert row["class"].split("; ")[-1] == reported["thrust"]
 
 
 @pytest.mark.parametrize("name", ["analyze", "analyze fixed"])
 def test_an_analysis_is_printed_cell_by_cell(answers: dict[str, Answer], name: str) -> None:
     rows, data = rows_of(answers[name].text), answers[name].data
-    for row, told in zip(rows, data["at_tilt"], strict=True):
+    for row, reported in zip(rows, data["at_tilt"], strict=True):
         cells = {
-            "rank A": told["rank_thrust"],
-            "rank F": told["rank_full"],
-            "condition": told["condition_number"],
-            "r free N": told["force_free_moment"]["radius_N"],
-            "r zero N": told["force_zero_moment"]["radius_N"],
-            "lift N": told["largest_lift_N"],
-            "power W": told["level_hover"]["power_W"],
-            "paper": told["level_hover"]["power_paper"],
+            "rank A": reported["rank_thrust"],
+            "rank F": reported["rank_full"],
+            "condition": reported["condition_number"],
+            "r free N": reported["force_free_moment"]["radius_N"],
+            "r zero N": reported["force_zero_moment"]["radius_N"],
+            "lift N": reported["largest_lift_N"],
+            "power W": reported["level_hover"]["power_W"],
+            "paper": reported["level_hover"]["power_paper"],
         }
         for head, value in cells.items():
             assert is_shown(row[head], value), head
-        if told["tilt_deg"]:
-            assert is_shown(row["tilt °"], told["tilt_deg"][0])
+        if reported["tilt_deg"]:
+            assert is_shown(row["tilt °"], reported["tilt_deg"][0])
 
 
 def test_servos_that_differ_are_shown_one_by_one() -> None:
@@ -198,15 +198,15 @@ def test_margins_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
 
 
 def test_lists_are_those_of_the_catalogues(answers: dict[str, Answer]) -> None:
-    for told in answers["vehicles"].data:
-        vehicle = om.load_vehicle(told["name"])
+    for reported in answers["vehicles"].data:
+        vehicle = om.load_vehicle(reported["name"])
         found = (vehicle.n_rotors, vehicle.n_servos, vehicle.mass, vehicle.title)
-        assert tuple(told[key] for key in ("rotors", "servos", "mass_kg", "title")) == found
-    for told in answers["scenarios"].data[-3:]:
-        scenario = om.load_scenario(told["name"])
+        assert tuple(reported[key] for key in ("rotors", "servos", "mass_kg", "title")) == found
+    for reported in answers["scenarios"].data[-3:]:
+        scenario = om.load_scenario(reported["name"])
         names = (scenario.vehicle.name, scenario.plant.name, scenario.title)
-        assert tuple(told[key] for key in ("vehicle", "plant", "title")) == names
-        assert told["duration_s"] == scenario.reference.duration
+        assert tuple(reported[key] for key in ("vehicle", "plant", "title")) == names
+        assert reported["duration_s"] == scenario.reference.duration
 
 
 def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
@@ -214,22 +214,22 @@ def test_lists_are_printed_cell_by_cell(answers: dict[str, Answer]) -> None:
         ("vehicles", ["rotors", "servos", "mass_kg"]),
         ("scenarios", ["duration_s"]),
     ):
-        for row, told in zip(rows_of(answers[name].text), answers[name].data, strict=True):
-            assert list(row) == list(told)
+        for row, reported in zip(rows_of(answers[name].text), answers[name].data, strict=True):
+            assert list(row) == list(reported)
             for head, cell in row.items():
                 if head in numbers:
-                    assert is_shown(cell, told[head]), head
+                    assert is_shown(cell, reported[head]), head
                 else:
-                    assert cell == told[head]
+                    assert cell == reported[head]
 
 
 def test_a_scenario_is_printed_line_by_line(answers: dict[str, Answer]) -> None:
     """Each line is a path into the data and what stands there."""
-    for told in (answers["scenario"], answer_of("scenarios", "tour")):
-        lines = [line.split(maxsplit=1) for line in told.text.split("\n\n")[1].splitlines()]
+    for reported in (answers["scenario"], answer_of("scenarios", "tour")):
+        lines = [line.split(maxsplit=1) for line in reported.text.split("\n\n")[1].splitlines()]
         assert len(lines) == len({key for key, _ in lines}) > 10
         for key, cell in lines:
-            value = told.data
+            value = reported.data
             for part in re.findall(r"\w+", key):
                 value = value[int(part) if part.isdecimal() else part]
             if isinstance(value, bool | str):
@@ -242,10 +242,10 @@ def test_a_scenario_is_printed_line_by_line(answers: dict[str, Answer]) -> None:
 
 def test_a_vehicle_is_printed_rotor_by_rotor(answers: dict[str, Answer]) -> None:
     text, data = answers["vehicle"].text, answers["vehicle"].data
-    for k, (row, told) in enumerate(zip(rows_of(text), data["rotor"], strict=True)):
+    for k, (row, reported) in enumerate(zip(rows_of(text), data["rotor"], strict=True)):
         assert row.pop("rotor") == str(k)
         for head, cell in row.items():
-            values = told[head] if isinstance(told[head], list) else [told[head]]
+            values = reported[head] if isinstance(reported[head], list) else [reported[head]]
             shown = cell.strip("[]").split(", ")
             for one, value in zip(shown, values, strict=True):
                 assert one == value if isinstance(value, str) else is_shown(one, value), head
@@ -286,10 +286,12 @@ def test_a_fit_is_printed_line_by_line(answers: dict[str, Answer]) -> None:
     assert f"torque over force {1e3 * data['drag_to_thrust_m']:.4g} mm" in text
     for key in ("thrust_coefficient_N_per_Hz2", "drag_coefficient_Nm_per_Hz2",
                 "time_constant_up_ms", "time_constant_down_ms"):  # fmt: skip
-        told = data[key].get("both", data[key])
+        reported = data[key].get("both", data[key])
         words = next(line for line in text.splitlines() if line.startswith(key)).split()
         shown = [words[2], words[-3], words[-1]]
-        for cell, value in zip(shown, (told["value"], told["low"], told["high"]), strict=True):
+        for cell, value in zip(
+            shown, (reported["value"], reported["low"], reported["high"]), strict=True
+        ):
             assert is_shown(cell, value), key
     for key in ("speed_min_Hz", "speed_max_Hz"):
         line = next(line for line in text.splitlines() if line.startswith(key))
@@ -305,7 +307,7 @@ def two_and_two() -> Result:
     return Result(value=4.0, expected=5.0, tolerance=0.25, unit="m")
 
 
-def test_a_case_that_fails_is_told_and_the_exit_code_is_1(
+def test_a_case_that_fails_is_reported_and_the_exit_code_is_1(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(run_cases, "__defaults__", (None, (CASES[0], two_and_two)))
@@ -316,10 +318,10 @@ def test_a_case_that_fails_is_told_and_the_exit_code_is_1(
     assert (good[""], bad[""]) == ("passed", "FAILED")
     assert (bad["measured"], bad["expected"], bad["within"], bad["unit"]) == ("4", "5", "0.25", "m")
     assert main(["verify", "--json"]) == 1
-    told = json.loads(capsys.readouterr().out)
-    assert (told["passed"], told["failed"]) == (1, 1)
-    assert [one["passed"] for one in told["cases"]] == [True, False]
-    assert unfounded(shown.out, told) == []
+    reported = json.loads(capsys.readouterr().out)
+    assert (reported["passed"], reported["failed"]) == (1, 1)
+    assert [one["passed"] for one in reported["cases"]] == [True, False]
+    assert unfounded(shown.out, reported) == []
 
 
 def test_cases_that_pass_exit_with_0(

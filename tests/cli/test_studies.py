@@ -25,10 +25,10 @@ def test_verify(program: Program) -> None:
 
 @pytest.mark.slow
 def test_verify_for_programs(program: Program) -> None:
-    told = json.loads(program("verify", "--json").stdout)
-    assert told["failed"] == 0
-    assert told["passed"] == len(told["cases"])
-    for case in told["cases"]:
+    reported = json.loads(program("verify", "--json").stdout)
+    assert reported["failed"] == 0
+    assert reported["passed"] == len(reported["cases"])
+    for case in reported["cases"]:
         assert case["passed"] is True
         assert abs(case["value"] - case["expected"]) <= case["tolerance"]
         assert case["claim"]
@@ -49,9 +49,9 @@ def test_reproduce(program: Program, tmp_path: Path) -> None:
     assert again.returncode == 0
     results = Path("deep/out/results.json")
     assert again.stderr == f"omnimorph: replaced what was there: {results}.\n"
-    told = json.loads(again.stdout)
-    assert told["report"] == str(report)
-    assert (told["seeds"], told["quick"]) == ([0], True)
+    reported = json.loads(again.stdout)
+    assert reported["report"] == str(report)
+    assert (reported["seeds"], reported["quick"]) == ([0], True)
     assert (tmp_path / "deep/out/flights.jsonl").read_bytes() == flights, "nothing is flown twice"
     assert [path.name for path in Path(tmp_path, "deep").iterdir()] == ["out"]
 
@@ -60,11 +60,11 @@ def test_reproduce(program: Program, tmp_path: Path) -> None:
 def test_interrupting_the_reproduction_keeps_the_flights(
     interrupted: Callable[..., tuple[int, bytes]], tmp_path: Path
 ) -> None:
-    code, told = interrupted(b"one imperfection", "reproduce", "--quick", "--out", "deep/out")
+    code, reported = interrupted(b"one imperfection", "reproduce", "--quick", "--out", "deep/out")
     assert code == 130
-    assert b"finished flights are kept in deep/out/flights.jsonl" in told
-    assert b"the same command goes on from there." in told
-    assert b"Traceback" not in told
+    assert b"finished flights are kept in deep/out/flights.jsonl" in reported
+    assert b"the same command goes on from there." in reported
+    assert b"Traceback" not in reported
     assert [path.name for path in Path(tmp_path, "deep/out").iterdir()] == ["flights.jsonl"]
 
 
@@ -76,7 +76,7 @@ def test_bench(program: Program) -> None:
     assert "`omnimorph --help`" in done.stdout
     assert "processor: " in done.stdout
 
-    told = json.loads(program("bench", "--rounds", 1, "--json").stdout)
-    rows = {row["name"]: row for row in told["measurements"]}
+    reported = json.loads(program("bench", "--rounds", 1, "--json").stdout)
+    rows = {row["name"]: row for row in reported["measurements"]}
     assert rows["core_case_a_steps_per_s"]["median"] > 0
     assert rows["cold_flight_MB"]["rounds"] == 1

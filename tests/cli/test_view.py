@@ -79,7 +79,7 @@ def test_without_viser(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("words", "expected"),
     [
         (["no-such"], "neither a vehicle of the catalogue nor a file"),
         (["no-such.nc"], "no-such.nc: the run cannot be read"),
@@ -95,8 +95,10 @@ def test_without_viser(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.M
         (["omnimorph", "--speed", "1e-300"], "a number from 0.01 on"),
     ],
 )
-def test_other_mistakes(words: list[str], told: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert told in refused(capsys, *words)
+def test_other_mistakes(
+    words: list[str], expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert expected in refused(capsys, *words)
 
 
 def test_a_vehicle_that_makes_no_force(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -68,15 +68,15 @@ def test_core_is_imported_through_its_doors_only() -> None:
 def test_stub_names_what_the_compiled_module_holds() -> None:
     """`make stub` writes src/omnimorph/_core.pyi; it must not be older than the bindings."""
     stub = ast.parse((PACKAGE / "_core.pyi").read_text(encoding="utf-8"))
-    told: set[str] = set()
+    reported: set[str] = set()
     for node in stub.body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
-            told.add(node.name)
+            reported.add(node.name)
         elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            told.add(node.target.id)
+            reported.add(node.target.id)
         elif isinstance(node, ast.Assign):
-            told |= {target.id for target in node.targets if isinstance(target, ast.Name)}
+            reported |= {target.id for target in node.targets if isinstance(target, ast.Name)}
     held = dir(importlib.import_module("omnimorph._core"))
-    assert {name for name in told if not name.startswith("_")} == {
+    assert {name for name in reported if not name.startswith("_")} == {
         name for name in held if not name.startswith("_")
     }

@@ -24,7 +24,7 @@ def public_definitions(body: list[ast.stmt], prefix: str = "") -> Iterator[tuple
     for node in body:
         if not isinstance(node, Documented) or node.name.startswith("_"):
             continue
-        # an overload and a setter are told by the definition they belong to
+        # an overload and a setter are documented by the definition they belong to
         if decorators(node) & {"overload", "setter", "override"}:
             continue
         yield prefix + node.name, node

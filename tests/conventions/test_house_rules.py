@@ -59,8 +59,8 @@ def test_functions_fit_on_a_screen(path: Path) -> None:
     long = []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            told = node.body[0] if ast.get_docstring(node) else None
-            docstring = (told.end_lineno or 0) - told.lineno + 1 if told else 0
+            reported = node.body[0] if ast.get_docstring(node) else None
+            docstring = (reported.end_lineno or 0) - reported.lineno + 1 if reported else 0
             lines = (node.end_lineno or 0) - node.lineno + 1 - docstring
             if lines > MOST_LINES_OF_A_FUNCTION:
                 long.append(f"{node.name}: {lines} lines")
@@ -170,11 +170,13 @@ def test_both_locks_name_the_same_versions() -> None:
 
 def licence(name: str) -> str:
     """Return what an installed package says of its licence: expression, classifiers, first line."""
-    told = metadata.metadata(name)
-    expression = told.get_all("License-Expression") or []
-    classifiers = [line for line in told.get_all("Classifier") or [] if line.startswith("License")]
+    reported = metadata.metadata(name)
+    expression = reported.get_all("License-Expression") or []
+    classifiers = [
+        line for line in reported.get_all("Classifier") or [] if line.startswith("License")
+    ]
     # the field may hold the whole text, which names the licences it is compatible with
-    first_lines = [text.strip().split("\n")[0] for text in told.get_all("License") or []]
+    first_lines = [text.strip().split("\n")[0] for text in reported.get_all("License") or []]
     return " ".join([*expression, *classifiers, *first_lines])
 
 

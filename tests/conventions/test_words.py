@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import ast
+import io
 import re
+import tokenize
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -37,6 +39,15 @@ BANNED = {
     r"\bparted\b": "separated",
     r"\b(missed force|force missed)\b": "force not achieved",
 }
+# Names that say less than others do, and what is said instead.
+BANNED_NAMES = {
+    r"(\w*_)?told(_\w*)?": "expected, reported, given",
+    r"(\w*_)?findings(_\w*)?": "results",
+    r"Look|LOOKS|looks": "LineStyle, LINE_STYLES, line_styles",
+    r"Flown": "FlightResult",
+}
+ROOMS_OF_CODE = ("src", "tests", "benchmarks", "examples")
+OLDER_NAMES = tuple(f"src/omnimorph/{room}/" for room in ("design", "results", "simulation"))
 # Parts of a vehicle may be plates and rods.
 ALLOWED = {"src/omnimorph/identification/inertia.py", "docs/identification.md"}
 
@@ -82,6 +93,40 @@ def read() -> list[str]:
 def test_no_word_of_ours_where_the_field_has_one(read: list[str], pattern: str) -> None:
     word = re.compile(pattern, re.IGNORECASE)
     assert [line for line in read if word.search(line.split(": ", 1)[1])] == []
+
+
+def names(text: str) -> Iterator[tuple[int, str]]:
+    """Every name in Python code, with its line: of variables, functions, classes, fields."""
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.NAME:
+            yield token.start[0], token.string
+
+
+def is_banned(name: str) -> bool:
+    """Whether a name is one of ours, or made of one."""
+    return any(re.fullmatch(pattern, name) for pattern in BANNED_NAMES)
+
+
+def test_no_name_of_ours_where_engineers_have_one() -> None:
+    paths = {
+        str(path.relative_to(ROOT)): path
+        for room in ROOMS_OF_CODE
+        for path in sorted((ROOT / room).rglob("*.py"))
+    }
+    assert len(paths) > 400
+    assert [
+        f"{place}:{line}: {name}"
+        for place, path in paths.items()
+        if not place.startswith(OLDER_NAMES)
+        for line, name in names(path.read_text(encoding="utf-8"))
+        if is_banned(name)
+    ] == []
+
+
+def test_a_word_of_ours_is_found_in_any_name() -> None:
+    text = "class Look: ...\ndef as_told(a): ...\nx.looks = 'told'\n"
+    assert [name for _, name in names(text) if is_banned(name)] == ["Look", "as_told", "looks"]
+    assert not is_banned("looks_at")
 
 
 def test_a_word_of_ours_is_found_wherever_it_stands(tmp_path: Path) -> None:

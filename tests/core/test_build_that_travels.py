@@ -19,10 +19,10 @@ def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def known(packages: Path) -> list[str]:
     """The instruction sets that this build and this processor have."""
-    told = run_python(
+    reported = run_python(
         packages, ["-c", "from omnimorph import _core as c; print(*c.instruction_sets())"], {}
     )
-    return told.split()
+    return reported.split()
 
 
 @pytest.mark.slow

@@ -2,9 +2,9 @@
 
 ``python -W error -m tests.fuzz.child cases KIND FIRST COUNT [BUG]`` makes and reads so many cases
 of a kind; ``… files KIND FILE …`` reads files. Each that ends in anything but an error of
-omnimorph's own is told on a line. One that computes for more than 10 s, or waits for more than 60,
-ends the process, with a traceback; so may one that crashes it. The last line "begin" then tells
-which it was.
+omnimorph's own is printed on a line. One that computes for more than 10 s, or waits for more
+than 60, ends the process, with a traceback; so may one that crashes it. The last line "begin" then
+tells which it was.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ def read_cases(name: str, first: str, count: str, bug: str = "") -> None:
         limit_memory(kind)
     for case in range(int(first), int(first) + int(count)):
         tell(f"begin {case}")
-        told = failure(kind, kind.make(Random(f"{name} {case}")))
-        if told:
-            tell(f"failed {case} {told}")
+        reported = failure(kind, kind.make(Random(f"{name} {case}")))
+        if reported:
+            tell(f"failed {case} {reported}")
 
 
 def read_files(name: str, *files: str) -> None:
@@ -50,9 +50,9 @@ def read_files(name: str, *files: str) -> None:
     limit_memory(KINDS[name])
     for file in files:
         tell(f"begin {file}")
-        told = failure(KINDS[name], Path(file).read_bytes())
-        if told:
-            tell(f"failed {file} {told}")
+        reported = failure(KINDS[name], Path(file).read_bytes())
+        if reported:
+            tell(f"failed {file} {reported}")
 
 
 def failure(kind: Kind, data: bytes) -> str:

@@ -205,10 +205,10 @@ def make_run(rng: Random) -> bytes:
 
 
 def _sign_again(file: Any) -> None:
-    """Let the hash of a changed run be right, if it can be: what else is wrong must be told."""
+    """Let the hash of a changed run be right, if it can be: what else is wrong must be reported."""
     with suppress(Exception):
-        told = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
-        provenance = Provenance(**told)
+        reported = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
+        provenance = Provenance(**reported)
         outcome = store._outcome("", file)
         columns, logged = store._columns("", file), store._logged(file, store.SCHEMA_VERSION)
         hash_now = hash_of(columns, logged, outcome, provenance)

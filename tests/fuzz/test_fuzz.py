@@ -60,12 +60,12 @@ def failures_of(done: subprocess.CompletedProcess[str]) -> list[str]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_bad_files_are_told(kind: str, tmp_path: Path) -> None:
+def test_bad_files_are_reported(kind: str, tmp_path: Path) -> None:
     assert fuzzed(tmp_path, "cases", kind, 0, CASES[kind]) == []
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_what_once_failed_is_told(kind: str, forked: Forked, tmp_path: Path) -> None:
+def test_what_once_failed_is_reported(kind: str, forked: Forked, tmp_path: Path) -> None:
     files = sorted(map(str, (SEEDS / kind).glob("*")))
     assert files
     assert failures_of(forked.run(f"child.main('files', {kind!r}, *{files!r})", tmp_path)) == []

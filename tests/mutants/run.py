@@ -39,8 +39,10 @@ class Copy:
     def __init__(self, folder: Path) -> None:
         self.root = folder / "tree"
         self.report, self._build = folder / "report.xml", folder / "build"
-        told = subprocess.run(_LISTED, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-        for name in filter(None, told.split("\0")):
+        reported = subprocess.run(
+            _LISTED, cwd=ROOT, capture_output=True, text=True, check=True
+        ).stdout
+        for name in filter(None, reported.split("\0")):
             if (ROOT / name).exists():  # else it is removed, and not yet committed
                 (self.root / name).parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy(ROOT / name, self.root / name)
@@ -163,8 +165,10 @@ def _run(chosen: Sequence[Mutant], jobs: int) -> int:
                 complaint = copy.build_core()
                 assert not complaint, complaint
             found = made[0].test(test for mutant in part for test in mutant.tests)
-            told = "\n".join(_reasons(made[0].report))
-            assert found == "passed", f"without a mistake tests beside them fail: {found}\n{told}"
+            reported = "\n".join(_reasons(made[0].report))
+            assert found == "passed", (
+                f"without a mistake tests beside them fail: {found}\n{reported}"
+            )
             with ThreadPoolExecutor(jobs) as pool:
                 list(pool.map(answer, part))
     print(f"{len(chosen) - len(missed)} of {len(chosen)} noticed")

@@ -48,22 +48,29 @@ def fly_textbook(
     )
 
 
-def assert_same_flight(run: Run, told: textbook.TextbookFlight, tolerance: float) -> None:
+def assert_same_flight(
+    run: Run, textbook_flight: textbook.TextbookFlight, tolerance: float
+) -> None:
     """Compare every step flown by both but the last, at which the textbook decides nothing new."""
-    rows, decided = len(told.time), len(told.time) - 1
+    rows, decided = len(textbook_flight.time), len(textbook_flight.time) - 1
     assert len(run.time) >= rows
-    np.testing.assert_allclose(run.time[:rows], told.time, rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(run.tilt_actual[:rows], told.tilt_actual, rtol=0.0, atol=SAME_TILT)
+    np.testing.assert_allclose(run.time[:rows], textbook_flight.time, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(
-        run.tilt_command[:decided], told.tilt_command[:decided], rtol=0.0, atol=SAME_TILT
+        run.tilt_actual[:rows], textbook_flight.tilt_actual, rtol=0.0, atol=SAME_TILT
     )
-    np.testing.assert_allclose(run.p_WB[:rows], told.p_WB, rtol=0.0, atol=tolerance)
-    np.testing.assert_allclose(run.R_WB[:rows], told.R_WB, rtol=0.0, atol=tolerance)
     np.testing.assert_allclose(
-        run.thrust_command[:decided], told.thrust_command[:decided], rtol=0.0, atol=SAME_THRUST
+        run.tilt_command[:decided], textbook_flight.tilt_command[:decided], rtol=0.0, atol=SAME_TILT
+    )
+    np.testing.assert_allclose(run.p_WB[:rows], textbook_flight.p_WB, rtol=0.0, atol=tolerance)
+    np.testing.assert_allclose(run.R_WB[:rows], textbook_flight.R_WB, rtol=0.0, atol=tolerance)
+    np.testing.assert_allclose(
+        run.thrust_command[:decided],
+        textbook_flight.thrust_command[:decided],
+        rtol=0.0,
+        atol=SAME_THRUST,
     )
     assert run.kkt_residual.max() <= PROVEN
-    assert told.kkt_residual.max() <= PROVEN
+    assert textbook_flight.kkt_residual.max() <= PROVEN
 
 
 @pytest.mark.parametrize("plant", ["perfect", "realistic"])
@@ -77,8 +84,8 @@ def test_two_seconds_of_a_case(case: str, plant: str) -> None:
 @pytest.mark.parametrize("case", ["a", "b"])
 def test_two_seconds_at_a_fixed_tilt(case: str, plant: str) -> None:
     run = om.fly(om.load_scenario(f"paper-fixed-45-{case}"), plant=plant, seed=0)
-    told = fly_textbook(case, plant, SHORT, fixed_tilt=math.radians(45.0))
-    assert_same_flight(run, told, SAME_SHORT)
+    textbook_flight = fly_textbook(case, plant, SHORT, fixed_tilt=math.radians(45.0))
+    assert_same_flight(run, textbook_flight, SAME_SHORT)
 
 
 @pytest.mark.parametrize("plant", ["perfect", "realistic"])
@@ -108,39 +115,41 @@ def test_both_bounds_of_the_thrust_are_met_alike() -> None:
         (0.0, 0.0, 1.0), [textbook.Segment(0.35, (0.5, 0.5, 0.0), (0.0, 0.0, 1.0))]
     )
     run = om.fly(scenario, plant="perfect", reference=ours)
-    told = fly_textbook("b", "perfect", 0.35, theirs)
-    assert_same_flight(run, told, SAME_SHORT)
+    textbook_flight = fly_textbook("b", "perfect", 0.35, theirs)
+    assert_same_flight(run, textbook_flight, SAME_SHORT)
     decided = run.active[:-1]
     assert (decided == 1).any()
     assert (decided == -1).any()
     vehicle = scenario.vehicle
     limit = np.where(decided == 1, vehicle.thrust_max, vehicle.thrust_min)
     at_limit = decided != 0
-    np.testing.assert_array_equal(told.thrust_command[:-1][at_limit], limit[at_limit])
+    np.testing.assert_array_equal(textbook_flight.thrust_command[:-1][at_limit], limit[at_limit])
 
 
 @pytest.mark.slow
 def test_the_whole_of_case_b() -> None:
     run = om.fly(om.load_scenario("paper-case-b"), plant="perfect")
-    told = fly_textbook("b", "perfect", 45.0)
-    assert len(run.time) == len(told.time) == 45_001
-    assert_same_flight(run, told, SAME_LONG)
+    textbook_flight = fly_textbook("b", "perfect", 45.0)
+    assert len(run.time) == len(textbook_flight.time) == 45_001
+    assert_same_flight(run, textbook_flight, SAME_LONG)
 
 
 def test_both_realistic_plants_are_one() -> None:
     """The same periods, deviations and effects; speed limits that no command reaches."""
-    plant, told = om.load_plant("realistic"), textbook.REALISTIC
-    assert (plant.physics_step, plant.control_period) == pytest.approx(told[:2], rel=1e-15)
+    plant, textbook_flight = om.load_plant("realistic"), textbook.REALISTIC
+    assert (plant.physics_step, plant.control_period) == pytest.approx(
+        textbook_flight[:2], rel=1e-15
+    )
     assert plant.integrator == "semi-implicit-euler"
     lag, limits, rate, noise, momentum = plant.effects
     assert lag == effects.RotorLag()
     assert limits == effects.SpeedLimits()
     assert rate == effects.ServoRateLimit()
     assert momentum == effects.RotorMomentum()
-    assert told.rotors_have_momentum
+    assert textbook_flight.rotors_have_momentum
     assert isinstance(noise, effects.MeasurementNoise)
     assert not noise.filtered
-    np.testing.assert_allclose(noise.deviation, told.noise, rtol=1e-15)
+    np.testing.assert_allclose(noise.deviation, textbook_flight.noise, rtol=1e-15)
     run = om.fly(om.load_scenario("paper-case-a"), seed=0)
     assert (np.abs(run.thrust_command) <= run.vehicle.thrust_max).all()
 

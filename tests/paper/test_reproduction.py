@@ -20,7 +20,8 @@ from tests.unit.figure_checks import cut_off, laid_out, overlaps
 
 import omnimorph as om
 from omnimorph.studies.own_folder import FLIGHTS
-from omnimorph.studies.reproduction import SCHEMA, Plan, paper, pictures, reproduce
+from omnimorph.studies.reproduction import SCHEMA, Plan, paper, reproduce
+from omnimorph.studies.reproduction.figures import page as pictures
 from omnimorph.studies.reproduction.lost_thrust import NOT_LOST, POSE_KEPT
 from omnimorph.studies.reproduction.verdicts import Verdict
 
@@ -29,14 +30,14 @@ PLAN = Plan.quickly()
 
 
 @pytest.fixture(scope="module")
-def told() -> list[tuple[float, float, str]]:
+def reported() -> list[tuple[float, float, str]]:
     return []
 
 
 @pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory, told: list[tuple[float, float, str]]) -> Path:
+def out(tmp_path_factory: pytest.TempPathFactory, reported: list[tuple[float, float, str]]) -> Path:
     folder = tmp_path_factory.mktemp("reproduction") / "out"
-    reproduce(folder, PLAN, lambda *step: told.append(step))
+    reproduce(folder, PLAN, lambda *step: reported.append(step))
     return folder
 
 
@@ -287,10 +288,10 @@ def test_no_method_to_choose_the_tilt_beats_the_lower_bound(results: dict[str, A
 
 
 @pytest.mark.slow
-def test_progress_counts_to_its_end(out: Path, told: list[tuple[float, float, str]]) -> None:
-    assert [done for done, _, _ in told] == list(range(len(told)))
-    assert {total for _, total, _ in told} == {len(told)}
-    assert len({label for _, _, label in told}) > 20, "it tells what runs"
+def test_progress_counts_to_its_end(out: Path, reported: list[tuple[float, float, str]]) -> None:
+    assert [done for done, _, _ in reported] == list(range(len(reported)))
+    assert {total for _, total, _ in reported} == {len(reported)}
+    assert len({label for _, _, label in reported}) > 20, "it tells what runs"
 
 
 @pytest.mark.slow

@@ -27,11 +27,11 @@ def test_every_claim_says_where_it_stands() -> None:
 def test_somebody_elses_folder_is_refused_before_anything_is_flown(tmp_path: Path) -> None:
     (tmp_path / "thesis.tex").write_text("years of work")
 
-    def told(done: float, total: float, label: str) -> None:
+    def reported(done: float, total: float, label: str) -> None:
         raise AssertionError("it flew")
 
     with pytest.raises(InputError, match="not one of ours"):
-        reproduce(tmp_path, PLAN, told)
+        reproduce(tmp_path, PLAN, reported)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 

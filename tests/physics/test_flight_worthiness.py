@@ -49,7 +49,7 @@ def test_the_catalogue_flies(name: str) -> None:
 
 
 @pytest.mark.parametrize(("build", "reason"), CANNOT)
-def test_the_reason_is_told(build: Callable[[], om.Vehicle], reason: str) -> None:
+def test_the_reason_is_reported(build: Callable[[], om.Vehicle], reason: str) -> None:
     assert reason in why_it_cannot_fly(build())
     platform(build())  # and it is analysed all the same
 

@@ -16,9 +16,9 @@ OMNIMORPH = load_vehicle("omnimorph")
 
 def test_the_map_is_hover_point_by_point() -> None:
     up = np.vstack([3.0 * sphere_directions(12), random_axes(np.random.default_rng(4), 3)])
-    tilts, told = np.radians([0.0, 30.0, 45.0, 60.0]), []
-    found = hover_map(OMNIMORPH, up, tilts, progress=lambda done, of: told.append((done, of)))
-    assert told == [(k, 4) for k in range(1, 5)]
+    tilts, reported = np.radians([0.0, 30.0, 45.0, 60.0]), []
+    found = hover_map(OMNIMORPH, up, tilts, progress=lambda done, of: reported.append((done, of)))
+    assert reported == [(k, 4) for k in range(1, 5)]
     np.testing.assert_allclose(np.linalg.norm(found.up, axis=1), 1.0, rtol=1e-15)
     for d, direction in enumerate(up):
         powers = [hover(OMNIMORPH, tilt, attitude(direction)).power for tilt in tilts]

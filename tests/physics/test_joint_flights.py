@@ -139,11 +139,11 @@ def test_omnimorph_flies_the_paper_s_flight(case: str) -> None:
         for name in ("W1", "W2_position", "W2_attitude", "W3")
     }
     run = om.fly(replace(scenario, allocator=om.JointTilt(**weights)))
-    told = om.fly(scenario)
+    reported = om.fly(scenario)
     assert run.outcome is om.Outcome.COMPLETED
     assert run.metrics.kkt_residual_max <= 1e-9
     assert run.metrics.position_error_mean_m < 1e-3
-    energy = told.metrics.drag_energy_paper
+    energy = reported.metrics.drag_energy_paper
     assert run.metrics.drag_energy_paper == pytest.approx(energy, rel=0.02)
     assert run.tilt_command.min() >= 0.0
     assert run.tilt_command.max() <= scenario.vehicle.servo_angle_max[0]

@@ -42,11 +42,11 @@ def test_a_case_is_made_of_a_function() -> None:
 
 
 def test_running_cases_tells_how_far_it_is() -> None:
-    told: list[tuple[int, int]] = []
+    reported: list[tuple[int, int]] = []
     results = run_cases(
-        progress=lambda done, of: told.append((done, of)), cases=[two_and_two, CASES[0]]
+        progress=lambda done, of: reported.append((done, of)), cases=[two_and_two, CASES[0]]
     )
-    assert told == [(1, 2), (2, 2)]
+    assert reported == [(1, 2), (2, 2)]
     assert [result.name for result in results] == ["two-and-two", CASES[0].name]
     assert [result.claim for result in results] == [two_and_two.claim, CASES[0].claim]
     assert results[0].passed

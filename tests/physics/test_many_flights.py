@@ -135,16 +135,16 @@ def flight_hashes(instruction_set: str) -> list[str]:
         text=True,
         check=True,
     )
-    told, hashes = answer.stdout.splitlines()
-    assert told == instruction_set
+    reported, hashes = answer.stdout.splitlines()
+    assert reported == instruction_set
     return hashes.split()
 
 
 def test_every_instruction_set_that_is_built_gives_the_same_flights() -> None:
     known = _core.instruction_sets()
-    told = [flight_hashes(name) for name in known]
-    assert len(told[0]) == 18
-    assert all(hashes == told[0] for hashes in told)
+    reported = [flight_hashes(name) for name in known]
+    assert len(reported[0]) == 18
+    assert all(hashes == reported[0] for hashes in reported)
 
 
 def test_threads_and_repeats_change_no_bit() -> None:
@@ -171,9 +171,9 @@ def test_a_flight_does_not_depend_on_how_many_fly_beside_it() -> None:
 def assert_metrics(found: om.Flights, row: int, run: om.Run) -> None:
     """Compare the metrics of a flight with those of its run, but for rounding of long sums."""
     for name, value in vars(run.metrics).items():
-        told = getattr(found.metrics[row], name)
+        reported = getattr(found.metrics[row], name)
         wanted = value if isinstance(value, str) else pytest.approx(value, rel=1e-12, nan_ok=True)
-        assert told == wanted, name
+        assert reported == wanted, name
 
 
 @pytest.mark.parametrize("vehicle", ["omnimorph", "quadrotor", "voliro"])
@@ -200,7 +200,7 @@ def test_lost_flights_are_measured_as_far_as_they_came_and_disturb_none() -> Non
         assert_metrics(flights, row, alone)
 
 
-def test_a_flight_that_overflows_is_told_from_the_others() -> None:
+def test_a_flight_that_overflows_is_distinguished_from_the_others() -> None:
     noise = np.ones(N)
     noise[2] = 1e160
     flights = om.fly_many(two_seconds(), N, vary={"noise": noise}, keep="all")

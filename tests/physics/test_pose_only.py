@@ -28,15 +28,15 @@ def fly(reference: SegmentReference, plant: str = "perfect") -> Run:
 
 def test_it_tells_the_poses_and_no_rates() -> None:
     whole = there(move_W=(0.5, 0.0, 0.0))
-    told = PoseOnly(whole)
-    assert told.duration == whole.duration
+    reported = PoseOnly(whole)
+    assert reported.duration == whole.duration
     for time in (0.0, 1.0, 2.5, 9.0):
-        here, there_ = told(time), whole(time)
+        here, there_ = reported(time), whole(time)
         np.testing.assert_array_equal(here.p_WB, there_.p_WB)
         np.testing.assert_array_equal(here.R_WB, there_.R_WB)
         for rate in here[2:]:
             assert not rate.any()
-    table = told.sample(np.linspace(0.0, 5.0, 11))
+    table = reported.sample(np.linspace(0.0, 5.0, 11))
     assert not table[:, 12:].any()
     assert (table[:, :12] == whole.sample(np.linspace(0.0, 5.0, 11))[:, :12]).all()
 
@@ -69,7 +69,7 @@ def test_the_paper_flown_so_has_the_papers_attitude_errors() -> None:
         assert metrics.position_error_mean_m == pytest.approx(0.1 * 4.0 / 45.0, rel=0.06)
 
 
-def test_any_reference_of_a_file_may_be_told_so(tmp_path: Path) -> None:
+def test_any_reference_of_a_file_may_be_given_so(tmp_path: Path) -> None:
     file = tmp_path / "quiet.toml"
     text = 'schema = 1\nname = "quiet"\nbase = "hover"\nreference = {}\n'
     file.write_text(text.replace("{}", "{kind = 'samples', file = 'p.csv', pose_only = true}"))

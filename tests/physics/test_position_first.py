@@ -75,7 +75,7 @@ def test_a_quadrotor_follows_a_way_that_is_asked_for_level(plant: str) -> None:
     run = om.fly(scenario, plant=plant)
     assert run.outcome is om.Outcome.COMPLETED
     assert run.metrics.position_error_max_m < 0.03
-    # it turned about the vertical as it was told
+    # it turned about the vertical as it was commanded
     heading = np.arctan2(run.R_WB[-1, 1, 0], run.R_WB[-1, 0, 0])
     assert heading == pytest.approx(math.pi / 2, abs=0.02)
     still = om.fly(replace(scenario, attitude_gives_way=False), plant=plant)

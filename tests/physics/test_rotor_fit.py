@@ -137,7 +137,7 @@ def test_without_noise_the_numbers_are_exact() -> None:
     assert fit.warnings == ("There is no command, so there are no time constants.",)
 
 
-def test_reverse_that_pushes_less_is_told_apart() -> None:
+def test_reverse_that_pushes_less_is_distinguished() -> None:
     speed = staircase() * np.where(np.arange(120) % 2, 1.0, -1.0)
     square = speed * np.abs(speed)
     weaker = np.where(speed < 0.0, 0.8, 1.0)
@@ -149,7 +149,9 @@ def test_reverse_that_pushes_less_is_told_apart() -> None:
     assert fit.thrust.forward.holds(THRUST)
     assert fit.thrust.reverse.holds(0.8 * THRUST)
     assert fit.thrust.value is fit.thrust.forward
-    assert any("In reverse the coefficient of force is 0.8" in told for told in fit.warnings)
+    assert any(
+        "In reverse the coefficient of force is 0.8" in reported for reported in fit.warnings
+    )
     assert not fit.drag.separate
 
 
@@ -214,7 +216,7 @@ def test_time_constants_are_as_wide_as_they_scatter() -> None:
     assert np.median(halves) == pytest.approx(1.96 * values.std(), rel=0.5)
 
 
-def test_sides_are_told_apart_by_chance_in_1_of_100_runs() -> None:
+def test_sides_are_distinguished_by_chance_in_1_of_100_runs() -> None:
     """Two estimates of one number: 4000 pairs, of which 1 % ± 0.16 % differ at 99 %."""
     random = np.random.default_rng(1)
     first, second = 1.0 + 0.1 * random.standard_normal((2, 4000))

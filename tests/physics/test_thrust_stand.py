@@ -236,8 +236,8 @@ def test_speeds_are_those_of_the_plant_in_flight() -> None:
     stand = om.ThrustStand(vehicle=VEHICLE, rotor=3, tilt=0.5, effects=kinds)
     reading = stand.measure(profile)
     flying = om.SimulatedPlant(VEHICLE, om.PlantModel(effects=kinds), start_thrust=np.zeros(8))
-    for k, told in enumerate(reading.speed):
-        np.testing.assert_allclose(told, flying.speed, rtol=1e-12, atol=1e-12)
+    for k, reported in enumerate(reading.speed):
+        np.testing.assert_allclose(reported, flying.speed, rtol=1e-12, atol=1e-12)
         asked = rows[np.searchsorted([100, 250], k, side="right")]
         thrust = VEHICLE.thrust_coefficient * asked * np.abs(asked)
         flying.step(om.Command(thrust, np.zeros(1)))

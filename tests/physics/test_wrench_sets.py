@@ -300,7 +300,7 @@ def test_eighteen_rotors() -> None:
 # --- mistakes -----------------------------------------------------------------------------------
 
 
-def test_mistakes_are_told() -> None:
+def test_mistakes_are_reported() -> None:
     with pytest.raises(VehicleError, match="tilt is 75°, but it must be from 0° to 60°"):
         force_set(OMNIMORPH, math.radians(75.0), zero_moment=True)
     with pytest.raises(VehicleError, match="it must be left out where moments are free"):

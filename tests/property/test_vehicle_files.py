@@ -113,7 +113,7 @@ def vehicles(draw: st.DrawFn) -> Vehicle:
         for field, shape in shapes.items()
         if field.limits_in_SI is not None
     }
-    told = st.builds(Source, text=one_spaced, assumed=st.booleans())
+    reported = st.builds(Source, text=one_spaced, assumed=st.booleans())
     return Vehicle(
         name=draw(names),
         title=draw(lines),
@@ -121,7 +121,7 @@ def vehicles(draw: st.DrawFn) -> Vehicle:
         tilt_mechanism_mass=draw(numbers(-0.0, 0.99 * mass)),
         inertia=draw(inertias()),
         filter_cutoff=draw(arrays((4,), 0.0, 1e4)),
-        sources=draw(st.dictionaries(st.sampled_from(sorted(FILE_KEYS)), told, max_size=4)),
+        sources=draw(st.dictionaries(st.sampled_from(sorted(FILE_KEYS)), reported, max_size=4)),
         questioned=False,
         **of_rotors,
         **of_servos,

@@ -71,7 +71,7 @@ def changed(text: str, old: str, new: str) -> str:
     return text.replace(old, new, 1)
 
 
-def refusal(folder: Path, text: str, told_of: str = "mine.toml") -> InputError:
+def refusal(folder: Path, text: str, reported_of: str = "mine.toml") -> InputError:
     """Return the error that a scenario file gives: one sentence that begins with a file."""
     file = folder / "mine.toml"
     file.write_text(text, encoding="utf-8")
@@ -79,7 +79,7 @@ def refusal(folder: Path, text: str, told_of: str = "mine.toml") -> InputError:
         om.load_scenario(file)
     message = str(caught.value)
     assert "\n" not in message
-    assert message.startswith(f"{folder / told_of}: ")
+    assert message.startswith(f"{folder / reported_of}: ")
     assert message.endswith((".", "?"))
     for jargon in ("pydantic", "Field", "str.", "dict", "NoneType", "Input should"):
         assert jargon not in message

@@ -127,7 +127,7 @@ def test_flat_sets_are_drawn_as_what_they_are() -> None:
     assert [len(face) for face in faces if len(face) > 4] == [len(plate.vertices)]
 
 
-def test_an_empty_set_is_told() -> None:
+def test_an_empty_set_is_reported() -> None:
     spinning = build_multirotor(np.zeros(1), speed_min=[100.0])
     empty = force_set(spinning, 0.0, zero_moment=True)
     assert empty.is_empty

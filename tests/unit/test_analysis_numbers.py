@@ -133,7 +133,7 @@ def test_bars_of_moments_end_where_the_set_does(analysis: VehicleAnalysis) -> No
         assert names == ["roll, about x", "pitch, about y", "yaw, about z"]
 
 
-def test_two_sets_at_the_one_tilt_there_is_are_told_apart() -> None:
+def test_two_sets_at_the_one_tilt_there_is_are_distinguished() -> None:
     level = analyze(QUADROTOR)
     figure = analysis_figures.force_sets(level)
     radii = [level.asked.force_zero.inscribed_radius, level.asked.force_free.inscribed_radius]
@@ -187,9 +187,9 @@ def test_shades_of_the_discs_are_power_and_best_tilt(analysis: VehicleAnalysis) 
 # --- data -----------------------------------------------------------------------------------------
 
 
-def assert_fields(told: Mapping[str, Any], found: Any, names: Mapping[str, str]) -> None:
+def assert_fields(reported: Mapping[str, Any], found: Any, names: Mapping[str, str]) -> None:
     """Hold that each key is the field of its name without the unit, or else of the one given."""
-    for key, value in told.items():
+    for key, value in reported.items():
         unit = unit_of(key)
         field = names.get(key, key.removesuffix(f"_{unit}"))
         if not field:
@@ -253,8 +253,8 @@ def test_data_over_the_tilt_are_the_fields_they_are_called_by(analysis: VehicleA
     vehicle = {"rotors": "n_rotors", "servos": "n_servos", "weight_N": "", "dead_band_ignored": ""}
     assert_fields(data["vehicle"], OMNIMORPH, vehicle)
     assert data["vehicle"]["dead_band_ignored"] is bool(OMNIMORPH.dead_band.any())
-    told = [(one["tilt_deg"], one["rank_thrust"]) for one in data["singular_tilts"]]
-    assert told == [(pytest.approx(math.degrees(o.tilt)), o.rank) for o in analysis.singular]
+    reported = [(one["tilt_deg"], one["rank_thrust"]) for one in data["singular_tilts"]]
+    assert reported == [(pytest.approx(math.degrees(o.tilt)), o.rank) for o in analysis.singular]
     assert data["vehicle"]["weight_N"] == OMNIMORPH.mass * 9.81
     assert data["tilt_limits_deg"] == pytest.approx([0.0, LIMIT])
     assert_fields(data["over_all_tilts"], analysis.platform, {
@@ -263,15 +263,15 @@ def test_data_over_the_tilt_are_the_fields_they_are_called_by(analysis: VehicleA
 
 
 def test_data_at_a_tilt_are_those_of_its_sets_and_its_hovering(analysis: VehicleAnalysis) -> None:
-    for told, one in zip(analysis_data(analysis)["at_tilt"], analysis.at, strict=True):
+    for reported, one in zip(analysis_data(analysis)["at_tilt"], analysis.at, strict=True):
         assert_fields(
-            {key: told[key] for key in ("rank_thrust", "rank_full", "condition_number",
+            {key: reported[key] for key in ("rank_thrust", "rank_full", "condition_number",
                                         "singular_values_N")},
             one.actuation,
             {"singular_values_N": "singular_values"},
         )  # fmt: skip
-        np.testing.assert_array_equal(told["null_space"], one.actuation.null_space.T)
-        assert (told["kind"], told["thrust_kind"]) == (
+        np.testing.assert_array_equal(reported["null_space"], one.actuation.null_space.T)
+        assert (reported["kind"], reported["thrust_kind"]) == (
             one.actuation.kind.value,
             one.actuation.thrust_kind.value,
         )
@@ -280,7 +280,7 @@ def test_data_at_a_tilt_are_those_of_its_sets_and_its_hovering(analysis: Vehicle
             ("force_zero_moment", "N", one.force_zero),
             ("moment_at_level_hover", "Nm", one.moment),
         ):
-            shown = told[key]
+            shown = reported[key]
             assert shown["dimension"] == polytope.dimension
             assert shown[f"radius_{unit}"] == polytope.inscribed_radius
             (volume,) = (value for name, value in shown.items() if name.startswith("volume"))
@@ -289,14 +289,14 @@ def test_data_at_a_tilt_are_those_of_its_sets_and_its_hovering(analysis: Vehicle
             np.testing.assert_allclose(shown["normals"], polytope.normals)
             np.testing.assert_allclose(shown[f"offsets_{unit}"], polytope.offsets)
         for key, hover in (("level_hover", one.hover), ("level_hover_least_norm", one.hover_norm)):
-            shown = told[key]
+            shown = reported[key]
             assert shown["feasible"] == hover.feasible
             assert shown["power_W"] == pytest.approx(hover.power)
             np.testing.assert_allclose(shown["thrust_N"], hover.thrust)
             np.testing.assert_allclose(shown["speed_Hz"], hover.speed / (2.0 * math.pi))
-        assert told["attitudes_share"] == one.attitudes.share
+        assert reported["attitudes_share"] == one.attitudes.share
         lift = one.force_zero.reach([0.0, 0.0, 1.0])
-        assert told["largest_lift_N"] == lift
+        assert reported["largest_lift_N"] == lift
 
 
 # --- words ----------------------------------------------------------------------------------------
@@ -310,7 +310,7 @@ def test_the_vehicle_is_described_by_its_own_numbers(analysis: VehicleAnalysis) 
     assert f"gives {number(-thrust)} to {number(thrust)} N." in text
 
 
-def test_wakes_are_told_at_both_ends_with_what_they_add(analysis: VehicleAnalysis) -> None:
+def test_wakes_are_reported_at_both_ends_with_what_they_add(analysis: VehicleAnalysis) -> None:
     points = {point.head: point.text for point in key_points(analysis)}
     text = points["Wakes:"].replace("\N{NO-BREAK SPACE}", " ")
     assert analysis.wakes is not None
@@ -327,7 +327,7 @@ def test_wakes_are_told_at_both_ends_with_what_they_add(analysis: VehicleAnalysi
     ) in text
 
 
-def test_wakes_are_told_where_it_can_hover_in_them(analysis: VehicleAnalysis) -> None:
+def test_wakes_are_reported_where_it_can_hover_in_them(analysis: VehicleAnalysis) -> None:
     assert analysis.wakes is not None
     effect = analysis.wakes
     power = effect.power.copy()
@@ -363,13 +363,13 @@ def test_claims_on_the_design_say_its_numbers(analysis: VehicleAnalysis) -> None
     }
     for key in ("rank_at_0", "rank_at_90", "rank_elsewhere"):
         assert f"falls at {', '.join(falls)} only" in judged[key].why
-    for key, here, told in (
+    for key, here, reported in (
         ("omnidirectional_from", free[0], [f"{free[0]:.2f}", f"{zero[0]:.2f}"]),
         ("omnidirectional_to", free[1], [f"{free[1]:.2f}", f"{zero[1]:.2f}"]),
         ("hover_lost_at", lost, [f"{lost:.2f}"]),
     ):
         assert judged[key].here == pytest.approx(here)
-        assert re.findall(r"[\d.]+(?=°)", judged[key].found) == told
+        assert re.findall(r"[\d.]+(?=°)", judged[key].found) == reported
         assert f"{limit} N" in judged[key].why
     for key, tilt in (("break_even_20", 20.0), ("break_even_30", 30.0)):
         expected = 100.0 / math.cos(math.radians(tilt)) - 100.0

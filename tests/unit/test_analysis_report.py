@@ -78,7 +78,7 @@ def test_angles_and_intervals_read_well() -> None:
     assert intervals_text(np.radians([[1.0, 2.0], [3.0, 3.0]])) == "from 1° to 2° and at 3°"
 
 
-def test_rows_are_told_once_with_all_reasons(analysis: VehicleAnalysis) -> None:
+def test_rows_are_reported_once_with_all_reasons(analysis: VehicleAnalysis) -> None:
     rows = rows_by_tilt(analysis)
     tilts = [float(one.tilt[0]) for one, _ in rows]
     assert tilts == sorted(set(tilts))
@@ -111,13 +111,13 @@ def test_key_points_where_something_is_missing(analysis: VehicleAnalysis) -> Non
     assert trade is not None
     assert trade.own is not None
     share = f"({number(100.0 * trade.own, 3)} % of the mass of the rest)"
-    for one, told in (
+    for one, reported in (
         (replace(trade, break_even=None), "at no tilt in still air and beyond 40.44° in the"),
         (replace(trade, break_even_in_wakes=None), "beyond 30.93° in still air and at no tilt in"),
     ):
         text = said(replace(analysis, trade=one), "The tilt mechanism")
         assert text.startswith(share)
-        assert told in text
+        assert reported in text
     unknown = replace(analysis, trade=replace(trade, own=None))
     assert "does not state" in said(unknown, "The tilt mechanism")
     assert "cannot hover level" in said(replace(analysis, trade=None), "The tilt mechanism")
@@ -171,13 +171,13 @@ def test_moments_and_lifts_named_are_those_of_the_analysis(analysis: VehicleAnal
 
 def test_cells_of_the_table_are_the_data(analysis: VehicleAnalysis) -> None:
     table = _tilt_table(analysis)
-    told = {
+    reported = {
         tilt_text(np.radians(one["tilt_deg"])): one for one in analysis_data(analysis)["at_tilt"]
     }
-    assert set(table.head[1:]) == set(told)
+    assert set(table.head[1:]) == set(reported)
     rows = {row[0]: row[1:] for row in table.rows}
     for k, tilt in enumerate(table.head[1:]):
-        one = told[tilt]
+        one = reported[tilt]
         free, zero = one["force_free_moment"], one["force_zero_moment"]
         flat = zero["dimension"] < 3
         expected = {
@@ -241,7 +241,7 @@ def test_the_page_of_omnimorph(analysis: VehicleAnalysis, tmp_path: Path) -> Non
     assert "f₀ − f₂ − f₄ + f₆ or f₁ − f₃ − f₅ + f₇ not zero" in text
     assert "omnimorph analyze omnimorph --out DIR" in text
     assert f"omnimorph {om.__version__}." in text
-    assert "Aboudorra et al., JIRS 2024" in text, "the sources are told"
+    assert "Aboudorra et al., JIRS 2024" in text, "the sources are reported"
 
 
 @pytest.mark.parametrize("name", list(NOT_MORPHING))

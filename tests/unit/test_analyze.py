@@ -242,22 +242,22 @@ def test_servos_without_a_common_tilt() -> None:
         servo_angle_min=np.array([0.2, 0.0, 0.0, 0.0, 0.0, 0.0]),
         servo_angle_max=np.array([0.5, 0.1, 0.1, 0.1, 0.1, 0.1]),
     )
-    told: list[str] = []
+    reported: list[str] = []
     with pytest.raises(VehicleError) as refused:
-        analyze(apart, progress=lambda done, of, label: told.append(label))
-    assert told == []
+        analyze(apart, progress=lambda done, of, label: reported.append(label))
+    assert reported == []
     assert str(refused.value).count("\n") == 0
     assert "no tilt is within the limits of all 6 servos" in str(refused.value)
     assert om.analysis.actuation(apart, [0.3, 0.0, 0.0, 0.0, 0.0, 0.0]).rank_full == 6
 
 
-def test_progress_is_told_in_order() -> None:
-    told: list[tuple[float, float, str]] = []
-    analyze(VEHICLES["coaxial"], progress=lambda *words: told.append(words))
-    done, of, labels = zip(*told, strict=True)
-    assert done == tuple(range(len(told)))
-    assert set(of) == {len(told)}
-    assert len(set(labels)) == len(told)
+def test_progress_is_reported_in_order() -> None:
+    reported: list[tuple[float, float, str]] = []
+    analyze(VEHICLES["coaxial"], progress=lambda *words: reported.append(words))
+    done, of, labels = zip(*reported, strict=True)
+    assert done == tuple(range(len(reported)))
+    assert set(of) == {len(reported)}
+    assert len(set(labels)) == len(reported)
 
 
 def test_a_sweep_is_its_questions_one_by_one() -> None:

@@ -48,11 +48,11 @@ def test_a_number_that_is_not_finite_ends_the_flight_and_keeps_it(part: str, bad
     run = om.fly(scenario, seed=1, controller=fails)
     assert run.outcome is om.Outcome.NOT_FINITE
     assert len(run.time) == 201  # the last row: where it was when the controller failed
-    told = om.fly(scenario, seed=1)
-    np.testing.assert_allclose(run.p_WB, told.p_WB[:201], rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(run.speed, told.speed[:201], rtol=0.0, atol=1e-5)
+    reported = om.fly(scenario, seed=1)
+    np.testing.assert_allclose(run.p_WB, reported.p_WB[:201], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(run.speed, reported.speed[:201], rtol=0.0, atol=1e-5)
     np.testing.assert_allclose(
-        run.thrust_command[:-1], told.thrust_command[:200], rtol=0.0, atol=1e-8
+        run.thrust_command[:-1], reported.thrust_command[:200], rtol=0.0, atol=1e-8
     )
     np.testing.assert_array_equal(run.thrust_command[-1], run.thrust_command[-2])
     assert run.metrics.position_error_max_m < 0.1

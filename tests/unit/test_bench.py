@@ -72,9 +72,9 @@ NAMES = [
 
 @pytest.fixture(scope="module")
 def report() -> BenchReport:
-    told: list[tuple[int, int]] = []
-    report = measure(lambda done, total: told.append((done, total)), rounds=1)
-    assert told == [(1, 1)]
+    reported: list[tuple[int, int]] = []
+    report = measure(lambda done, total: reported.append((done, total)), rounds=1)
+    assert reported == [(1, 1)]
     return report
 
 

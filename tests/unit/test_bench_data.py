@@ -1,4 +1,4 @@
-"""Bench data that cannot be used, or only with care, is told in a sentence."""
+"""Bench data that cannot be used, or only with care, is reported in a sentence."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_columns_in_any_order_and_unit_are_read_in_SI(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lines", "told"),
+    ("lines", "expected"),
     [
         ([HEADER, ROWS[0], "0.1,20.0,x,0.004"],
          'line 3, column force_N is "x", but it must be a finite number from -1e9 to 1e9.'),
@@ -80,11 +80,11 @@ def test_columns_in_any_order_and_unit_are_read_in_SI(tmp_path: Path) -> None:
         ([HEADER, *ROWS], 'what there is to fit is "3 of 3 rows", but it must be 8 or more rows'),
     ],
 )  # fmt: skip
-def test_bad_file(tmp_path: Path, lines: list[str], told: str) -> None:
+def test_bad_file(tmp_path: Path, lines: list[str], expected: str) -> None:
     path = written(tmp_path, *lines)
     with pytest.raises(InputError) as caught:
         fit_rotor(read_bench(path))
-    assert str(caught.value).startswith(f"{path}: {told}")
+    assert str(caught.value).startswith(f"{path}: {expected}")
     assert str(caught.value).count("\n") == 0
 
 
@@ -99,7 +99,7 @@ def test_file_that_is_none(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"force": [1.0, 2.0]}, "number of values of force is 2, but it must be 3, as there are"),
         ({"torque": [[1.0], [2.0], [3.0]]}, "torque is [[1.0], [2.0], [3.0]], but it must be one"),
@@ -111,11 +111,11 @@ def test_file_that_is_none(tmp_path: Path) -> None:
         ({"time": [0.0, 1.0, 1.0]}, 'line 3, time is "1 s", but it must be later'),
     ],
 )
-def test_bad_arrays(changes: dict[str, Any], told: str) -> None:
+def test_bad_arrays(changes: dict[str, Any], expected: str) -> None:
     columns: dict[str, Any] = {name: [0.0, 1.0, 2.0] for name in ("time", "speed", "force")}
     with pytest.raises(InputError) as caught:
         BenchData(**(columns | {"torque": [0.0, 1.0, 2.0]} | changes))
-    assert str(caught.value).startswith(f"the bench data: {told}")
+    assert str(caught.value).startswith(f"the bench data: {expected}")
 
 
 # --- units ----------------------------------------------------------------------------------------
@@ -148,11 +148,11 @@ def test_wrong_unit_beside_another_column(
     np.savetxt(path, rows, delimiter=",", header=",".join(names), comments="")
     with pytest.raises(InputError) as caught:
         read_bench(path)
-    told = str(caught.value)
-    assert f"the numbers under speed_{said} look like {meant}" in told
+    reported = str(caught.value)
+    assert f"the numbers under speed_{said} look like {meant}" in reported
     first = f"speed_{said} is {factor:.4g} times {beside}_{right}, which is {words}"
     turned = f"{beside}_{right} is {1.0 / factor:.4g} times speed_{said}, which is "
-    assert first in told or turned in told
+    assert first in reported or turned in reported
 
 
 @pytest.mark.parametrize(("said", "meant", "factor", "words"), MISTAKES)
@@ -160,14 +160,14 @@ def test_wrong_unit_beside_what_is_expected(
     said: str, meant: str, factor: float, words: str
 ) -> None:
     run = bench_run(staircase())
-    told = refusal(
+    reported = refusal(
         BenchData(time=run.time, speed=factor * run.speed, force=run.force, torque=run.torque),
         expected_thrust_coefficient=1.15 * THRUST,
         expected_drag_coefficient=0.9 * DRAG,
     )
     unit = {"rad_per_s": "rad/s"}.get(said, said)
-    assert told.endswith(f"the speeds look like {meant} where {unit} is said.")
-    assert f"times the one expected, about {inverse_square(words)}:" in told
+    assert reported.endswith(f"the speeds look like {meant} where {unit} is said.")
+    assert f"times the one expected, about {inverse_square(words)}:" in reported
 
 
 def inverse_square(words: str) -> str:
@@ -177,12 +177,12 @@ def inverse_square(words: str) -> str:
 
 def test_wrong_unit_of_force_beside_what_is_expected() -> None:
     run = bench_run(staircase())
-    told = refusal(
+    reported = refusal(
         bench_run(staircase(), force=run.force / 9.80665e-3),
         expected_thrust_coefficient=THRUST,
         expected_drag_coefficient=DRAG,
     )
-    assert told.endswith("the forces look like gf where N is said.")
+    assert reported.endswith("the forces look like gf where N is said.")
 
 
 def test_what_is_expected_and_comes_is_not_refused() -> None:
@@ -194,22 +194,22 @@ def test_what_is_expected_and_comes_is_not_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("torque_factor", "force_factor", "told"),
+    ("torque_factor", "force_factor", "expected"),
     [
         (100.0, 1.0, "torque in N cm (0.015 m)"),
         (1000.0, 1.0, "torque in N mm (0.015 m)"),
         (1.0, 1.0 / 9.80665e-3, "force in gf (0.015 m)"),
     ],
 )
-def test_torque_that_does_not_fit_the_force_is_told(
-    torque_factor: float, force_factor: float, told: str
+def test_torque_that_does_not_fit_the_force_is_reported(
+    torque_factor: float, force_factor: float, expected: str
 ) -> None:
     run = bench_run(staircase())
     fit = fit_rotor(
         bench_run(staircase(), force=force_factor * run.force, torque=torque_factor * run.torque)
     )
     (sentence,) = (one for one in fit.warnings if one.startswith("Torque over force is "))
-    assert told in sentence
+    assert expected in sentence
     assert fit.drag_to_thrust == pytest.approx(DRAG / THRUST * torque_factor / force_factor, 0.01)
 
 
@@ -223,8 +223,8 @@ def test_speeds_that_contradict_each_other(tmp_path: Path) -> None:
 
 
 def test_too_few_rows() -> None:
-    told = refusal(bench_run(staircase()[:7]))
-    assert told == (
+    reported = refusal(bench_run(staircase()[:7]))
+    assert reported == (
         'the bench data: what there is to fit is "7 of 7 rows", but it must be 8 or more rows that '
         "turn the same way round."
     )
@@ -251,43 +251,43 @@ def test_force_against_the_speed() -> None:
     )
     both = speed * np.where(np.arange(120) % 2, 1.0, -1.0)
     unsigned = bench_run(both, force_noise=0.0)
-    told = refusal(bench_run(both, force=np.abs(unsigned.force)))
-    assert "in 60 of 60 rows that turn in reverse, the first on line 1;" in told
+    reported = refusal(bench_run(both, force=np.abs(unsigned.force)))
+    assert "in 60 of 60 rows that turn in reverse, the first on line 1;" in reported
 
 
 def test_a_few_rows_of_the_other_sign() -> None:
     speed = staircase()
     speed[[3, 9]] *= -1.0
-    told = refusal(bench_run(speed))
-    assert "only 2 rows (lines 4, 10) turn in reverse, but it must be none or 8 or more" in told
+    reported = refusal(bench_run(speed))
+    assert "only 2 rows (lines 4, 10) turn in reverse, but it must be none or 8 or more" in reported
     speed[[20, 30, 40, 50, 60]] *= -1.0
     assert "only 7 rows (lines 4, 10, 21, 31, 41 and 2 more) turn in" in refusal(bench_run(speed))
 
 
-def test_as_many_outliers_are_told_as_there_are() -> None:
+def test_as_many_outliers_are_reported_as_there_are() -> None:
     run = bench_run(staircase(), force_noise=1e-3)
     force = run.force.copy()
     force[10:80:5] += 5.0
-    (told,) = [
+    (reported,) = [
         one for one in fit_rotor(bench_run(staircase(), force=force)).warnings if "line" in one
     ]
-    assert told.startswith("14 of 120 rows were left out of the force")
-    listed, more = told.split("lines ")[1].rstrip(".").split(" and ")
+    assert reported.startswith("14 of 120 rows were left out of the force")
+    listed, more = reported.split("lines ")[1].rstrip(".").split(" and ")
     assert len(listed.split(", ")) + int(more.split()[0]) == 14
 
 
 def test_torque_that_says_nothing() -> None:
-    told = refusal(bench_run(staircase(), torque_noise=10.0, seed=5))
-    assert "the torque does not grow with the squared speed: its coefficient is " in told
+    reported = refusal(bench_run(staircase(), torque_noise=10.0, seed=5))
+    assert "the torque does not grow with the squared speed: its coefficient is " in reported
 
 
 def test_rows_that_follow_no_coefficient() -> None:
     run = bench_run(staircase())
     force = run.force.copy()
     force[::4] *= 3.0
-    told = refusal(bench_run(staircase(), force=force))
+    reported = refusal(bench_run(staircase(), force=force))
     assert "30 of 120 rows are far from any force that grows with the squared speed (lines 1, 5, "
-    assert "at most a fifth may be." in told
+    assert "at most a fifth may be." in reported
 
 
 def test_outliers_are_named_and_left_out_and_the_data_stay() -> None:
@@ -306,26 +306,26 @@ def test_outliers_are_named_and_left_out_and_the_data_stay() -> None:
     assert run.force.tolist() == force.tolist()
 
 
-def test_torque_of_the_other_sign_is_told_and_turned() -> None:
+def test_torque_of_the_other_sign_is_reported_and_turned() -> None:
     run = bench_run(staircase())
     fit = fit_rotor(bench_run(staircase(), torque=-run.torque))
     assert fit.torque_felt
     assert fit.drag.value.holds(DRAG)
-    assert any(told.startswith("The torque has the sign opposite") for told in fit.warnings)
+    assert any(reported.startswith("The torque has the sign opposite") for reported in fit.warnings)
 
 
-def test_steps_too_fast_for_the_samples_are_told() -> None:
+def test_steps_too_fast_for_the_samples_are_reported() -> None:
     speed = staircase()
     fit = fit_rotor(bench_run(speed, command=speed))
     assert fit.time_constant_up is None
-    assert any(told.startswith("No step up of the command") for told in fit.warnings)
+    assert any(reported.startswith("No step up of the command") for reported in fit.warnings)
 
 
 @pytest.mark.parametrize("command_Hz", [0.0, 90.0])
 def test_command_that_never_steps_gives_no_time_constants(command_Hz: float) -> None:
     fit = fit_rotor(bench_run(staircase(), command=np.full(120, TURN * command_Hz)))
     assert (fit.time_constant_up, fit.time_constant_down, fit.steps) == (None, None, ())
-    assert sum(told.startswith("No step ") for told in fit.warnings) == 2
+    assert sum(reported.startswith("No step ") for reported in fit.warnings) == 2
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -224,11 +224,11 @@ def test_a_missing_peer_is_named_with_the_way_to_it() -> None:
 
 
 def test_each_peer_is_tried_or_named() -> None:
-    told = what_peers_cannot_run()
-    assert [sentence.split(":")[0].split()[0] for sentence in told] == [
+    reported = what_peers_cannot_run()
+    assert [sentence.split(":")[0].split()[0] for sentence in reported] == [
         "rotorpy", "crazyflow", "mujoco",
     ]  # fmt: skip
-    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in told)
+    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in reported)
 
 
 def test_what_a_peer_prints_stays_away(capfd: pytest.CaptureFixture[str]) -> None:
@@ -253,9 +253,9 @@ def test_what_a_peer_writes_is_gone_with_it(
 
 @pytest.mark.slow
 def test_the_report_holds_what_is_there_and_names_what_is_not() -> None:
-    told: list[tuple[int, int]] = []
-    report = measure_peers(lambda done, of: told.append((done, of)), rounds=1)
-    assert told[-1][0] == told[-1][1] == len(told)
+    reported: list[tuple[int, int]] = []
+    report = measure_peers(lambda done, of: reported.append((done, of)), rounds=1)
+    assert reported[-1][0] == reported[-1][1] == len(reported)
     content = json.loads(json.dumps(report.as_dict(), allow_nan=False))
     names = {row["name"] for row in content["measurements"]}
     assert {"qp_omnimorph_p50_us", "qp_daqp_p50_us", "omnimorph_open_1_error_m"} <= names

@@ -132,7 +132,7 @@ def test_a_start_changes_the_way_but_not_the_answer() -> None:
         assert again.iterations == 1  # the last start was the answer itself
 
 
-def test_the_active_bounds_are_told() -> None:
+def test_the_active_bounds_are_reported() -> None:
     problem = Problem(np.eye(3), np.array([-2.0, 0.5, 3.0]), -np.ones(3), np.ones(3))
     answer = solve(problem)
     np.testing.assert_array_equal(answer.x, [1.0, -0.5, -1.0])
@@ -178,8 +178,8 @@ def test_agrees_with_the_textbook_and_with_scipy() -> None:
     for k in range(60):
         problem, _ = random_problem(generator, 8, 1e2, k % 9, degenerate=False)
         x = solve(problem).x
-        told, _ = textbook.solve_box_qp(*problem)
-        np.testing.assert_allclose(x, told, rtol=0.0, atol=1e-12)
+        reported, _ = textbook.solve_box_qp(*problem)
+        np.testing.assert_allclose(x, reported, rtol=0.0, atol=1e-12)
         # ½ xᵀHx + gᵀx = ½ ‖Lᵀx + L⁻¹g‖² + constant, H = L Lᵀ
         L = np.linalg.cholesky(problem.H)
         bounds = (problem.lower, problem.upper)

@@ -86,7 +86,7 @@ def test_what_does_not_want_to_end_is_ended(tmp_path: Path) -> None:
     assert process.returncode != 0
 
 
-def test_a_program_that_is_not_there_is_told() -> None:
+def test_a_program_that_is_not_there_is_reported() -> None:
     with started(["no-such-program"], output=subprocess.PIPE) as process:
         _, complaint = process.communicate(timeout=60)
     assert process.returncode != 0

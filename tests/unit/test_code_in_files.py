@@ -108,11 +108,11 @@ def test_a_part_in_a_file_flies_as_the_same_object_in_python(key: str, tmp_path:
     }
     part = key.rpartition(".")[2]
     parts = {part: objects[part]} if part in objects else {}
-    told = om.fly("paper-case-a", reference=named.Still(), seed=2, **parts)
+    reported = om.fly("paper-case-a", reference=named.Still(), seed=2, **parts)
     run = om.fly(file, seed=2, allow_code=True)
     assert run.outcome is om.Outcome.COMPLETED
     assert len(run.time) == 101
-    assert differing(run, told) == []
+    assert differing(run, reported) == []
     flights = om.fly_many(file, 3, seed=2, keep="all", allow_code=True)
     for k in range(3):
         assert differing(flights.runs[k], om.fly(scenario, seed=2, flight=k)) == []

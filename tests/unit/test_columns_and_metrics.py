@@ -125,7 +125,7 @@ def older(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any]:
+def reported(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any]:
     """Return the answers of a copy of the package with a new column and a new metric."""
     folder = tmp_path_factory.mktemp("changed")
     copy = folder / "omnimorph"
@@ -151,40 +151,40 @@ def told(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str, Any
     return answers
 
 
-def test_a_new_column_is_in_file_hash_memory_and_documentation(told: dict[str, Any]) -> None:
-    schema, units, long_name, same = told["kept"]
+def test_a_new_column_is_in_file_hash_memory_and_documentation(expected: dict[str, Any]) -> None:
+    schema, units, long_name, same = expected["kept"]
     assert (schema, units, same) == (SCHEMA_VERSION + 1, "A", True)
     assert long_name == "current of the rotor's motor"
-    assert told["read"]
-    assert told["hash"] == [True, False]
-    assert told["documented"][0]
+    assert expected["read"]
+    assert expected["hash"] == [True, False]
+    assert expected["documented"][0]
     vehicle = om.load_vehicle("omnimorph")
     sizes = sizes_of(vehicle)
     today = 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)
-    assert told["bytes"] == today + 8 * vehicle.n_rotors
+    assert expected["bytes"] == today + 8 * vehicle.n_rotors
 
 
-def test_files_from_before_a_column_stay_readable(told: dict[str, Any], older: Path) -> None:
+def test_files_from_before_a_column_stay_readable(expected: dict[str, Any], older: Path) -> None:
     """Their hash, which knows nothing of it, still holds; what nobody recorded is NaN."""
-    assert told["older"] == [True, load_run(older).content_hash]
+    assert expected["older"] == [True, load_run(older).content_hash]
 
 
 def test_a_file_with_a_column_of_a_newer_omnimorph_asks_for_one(
-    told: dict[str, Any], older: Path
+    expected: dict[str, Any], older: Path
 ) -> None:
-    newer = Path(told["package"]).parent.parent / "new.nc"
+    newer = Path(expected["package"]).parent.parent / "new.nc"
     with pytest.raises(RunFileError, match=r"its schema version is .*install a newer omnimorph"):
         load_run(newer)
 
 
-def test_a_new_metric_is_in_json_tables_batches_and_documentation(told: dict[str, Any]) -> None:
-    found, expected = told["metric"]
-    assert found == told["json"] == pytest.approx(expected, rel=1e-15)
-    assert told["many"] == pytest.approx([30.0 / np.pi, 60.0 / np.pi], rel=1e-15)
-    [shown], [row] = told["shown"], told["table"]
+def test_a_new_metric_is_in_json_tables_batches_and_documentation(sentence: dict[str, Any]) -> None:
+    found, expected = sentence["metric"]
+    assert found == sentence["json"] == pytest.approx(expected, rel=1e-15)
+    assert sentence["many"] == pytest.approx([30.0 / np.pi, 60.0 / np.pi], rel=1e-15)
+    [shown], [row] = sentence["shown"], sentence["table"]
     assert shown[0] == row[0] == "fastest rotor, a minute"
     assert shown[2] == row[2] == "rpm"
-    assert told["documented"][1]
+    assert sentence["documented"][1]
 
 
 # --- what is declared here and in the core ------------------------------------------------------

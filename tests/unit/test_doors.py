@@ -1,4 +1,4 @@
-"""Wherever a record is asked for its name or file will do; anything else is told in a sentence."""
+"""Wherever a record is asked for its name or file will do; the rest is refused in a sentence."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_there_are_doors() -> None:
 
 
 @pytest.mark.parametrize(("name", "door", "argument", "wrong"), CASES)
-def test_other_types_are_told(
+def test_other_types_are_reported(
     name: str, door: Callable[..., Any], argument: str, wrong: object
 ) -> None:
     arguments = arguments_of(door)
@@ -170,7 +170,7 @@ def test_files_are_as_good_as_what_they_hold(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"vary": [1]}, "fly_many: vary is [1], but it must be a mapping from some of mass, "),
         (
@@ -180,10 +180,10 @@ def test_files_are_as_good_as_what_they_hold(tmp_path: Path) -> None:
         ({"keep": 3}, "fly_many: keep is 3, but it must be numbers of flights"),
     ],
 )
-def test_fly_many_tells_what_it_does_not_take(changes: dict[str, Any], told: str) -> None:
+def test_fly_many_tells_what_it_does_not_take(changes: dict[str, Any], expected: str) -> None:
     with pytest.raises(om.InputError) as caught:
         om.fly_many("hover", 2, **changes)
-    assert str(caught.value).startswith(told)
+    assert str(caught.value).startswith(expected)
 
 
 @pytest.mark.parametrize("part", ["controller", "allocator", "reference", "disturbance"])

@@ -1,6 +1,6 @@
 """The plant's imperfections as records: what they accept, what they fall back on, how they add up.
 
-What each does to a flight is told by the cases of `omnimorph verify`, see tests/physics.
+What each does to a flight is reported by the cases of `omnimorph verify`, see tests/physics.
 """
 
 from __future__ import annotations

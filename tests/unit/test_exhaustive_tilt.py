@@ -14,11 +14,11 @@ from tests.unit.tilt_searches import (
     WEIGHTS,
     ControlStep,
     answer_of_rule,
-    costs_told,
+    costs_shown,
+    flown_by_textbook,
     random_step,
     range_of,
     steps_of,
-    told_by_textbook,
     window_of,
 )
 
@@ -51,10 +51,10 @@ def scenario_of(case: str, span: Span, candidates: int) -> Scenario:
 
 def test_three_in_a_window_fly_the_paper_s_rule_to_the_last_bit() -> None:
     ours = om.fly(scenario_of("a", "window", 3))
-    told = om.fly(om.load_scenario("paper-case-a"))
+    reported = om.fly(om.load_scenario("paper-case-a"))
     assert len(ours.time) == 45_001
     for column in COLUMNS:
-        np.testing.assert_array_equal(getattr(ours, column.name), getattr(told, column.name))
+        np.testing.assert_array_equal(getattr(ours, column.name), getattr(reported, column.name))
 
 
 # --- one control step ---------------------------------------------------------------------------
@@ -70,7 +70,7 @@ def test_a_window_chooses_what_brute_force_chooses(
         step = random_step(generator, vehicle)
         chosen = answer_of_rule(vehicle, searched(case, "window", candidates), PERIOD, step)
         tilts = window_of(vehicle, step.tilt, EPSILON, candidates)
-        costs = costs_told(vehicle, case, step, tilts)
+        costs = costs_shown(vehicle, case, step, tilts)
         assert chosen.cost == pytest.approx(costs.min(), rel=CLEAR)
         assert abs(tilts - chosen.tilt[0]).min() < 1e-12
         if np.sum(costs <= costs.min() * (1.0 + CLEAR)) == 1:
@@ -91,12 +91,12 @@ def test_over_the_range_the_tilt_goes_towards_what_brute_force_chooses(
         step = random_step(generator, vehicle)
         chosen = answer_of_rule(vehicle, searched(case, "range", 31), period, step)
         tilts = range_of(vehicle, step.tilt, 31)
-        aim = tilts[costs_told(vehicle, case, step, tilts).argmin()]
+        aim = tilts[costs_shown(vehicle, case, step, tilts).argmin()]
         expected = step.tilt + np.clip(aim - step.tilt, -reach, reach)
         assert chosen.tilt[0] == pytest.approx(expected, abs=1e-12)
-        told = told_by_textbook(vehicle, case, step, float(chosen.tilt[0]))
-        assert chosen.cost == pytest.approx(told.cost, rel=CLEAR)
-        np.testing.assert_allclose(chosen.thrust, told.thrust, rtol=0.0, atol=1e-6)
+        reported = flown_by_textbook(vehicle, case, step, float(chosen.tilt[0]))
+        assert chosen.cost == pytest.approx(reported.cost, rel=CLEAR)
+        np.testing.assert_allclose(chosen.thrust, reported.thrust, rtol=0.0, atol=1e-6)
         reached += bool(abs(aim - step.tilt) <= reach)
     assert (reached < 5) if period == PERIOD else (5 < reached < 25)
 
@@ -111,7 +111,7 @@ def test_other_numbers_of_rotors(n: int, span: Span) -> None:
         chosen = answer_of_rule(vehicle, searched("b", span, 9), 10.0, step)  # reaches everything
         window = window_of(vehicle, step.tilt, 10.0, 9)
         tilts = window if span == "window" else range_of(vehicle, step.tilt, 9)
-        costs = costs_told(vehicle, "b", step, tilts)
+        costs = costs_shown(vehicle, "b", step, tilts)
         assert chosen.cost == pytest.approx(costs.min(), rel=1e-8)
 
 

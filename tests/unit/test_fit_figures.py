@@ -140,16 +140,16 @@ def test_table_and_data_and_lines_are_the_fit(name: str, request: pytest.Fixture
     lines = vehicle_lines(fit)
 
     def check(words: str, key: str, one: Estimate | None, factor: float, unit: str) -> None:
-        """Hold that an estimate is told in all three, in one unit."""
+        """Hold that an estimate is reported in all three, in one unit."""
         if one is None:
             assert rows[words] == ["—", "", unit]
             return
         value, low, high = (factor * number for number in one)
         assert rows[words] == [number(value, 5), f"{number(low, 5)} to {number(high, 5)}", unit]
-        told = data[key]["both"] if "both" in data[key] else data[key]
+        reported = data[key]["both"] if "both" in data[key] else data[key]
         for way in ("forward", "reverse"):
-            told = data[key][way] if words.endswith(way) else told
-        assert told == pytest.approx({"value": value, "low": low, "high": high})
+            reported = data[key][way] if words.endswith(way) else reported
+        assert reported == pytest.approx({"value": value, "low": low, "high": high})
         (line,) = (
             line.removeprefix("# in reverse: ")
             for line in lines.splitlines()
@@ -187,9 +187,11 @@ def test_table_and_data_and_lines_are_the_fit(name: str, request: pytest.Fixture
         assert data[key] == pytest.approx(value)
     assert f"speed_min_Hz = {fit.speed_min / TURN:.5g}  # the lowest" in lines
     assert f"speed_max_Hz = {fit.speed_max / TURN:.5g}  # the highest" in lines
-    for told, step in zip(data["steps"], fit.steps, strict=True):
-        assert (told["line"], told["up"]) == (fit.bench.lines[step.begin], step.up)
-        assert told["time_constant_ms"]["value"] == pytest.approx(1e3 * step.time_constant.value)
+    for reported, step in zip(data["steps"], fit.steps, strict=True):
+        assert (reported["line"], reported["up"]) == (fit.bench.lines[step.begin], step.up)
+        assert reported["time_constant_ms"]["value"] == pytest.approx(
+            1e3 * step.time_constant.value
+        )
 
 
 def test_a_way_without_steps_says_so() -> None:

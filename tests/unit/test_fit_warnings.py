@@ -33,7 +33,9 @@ def test_just_enough_rows_that_vary_just_enough_are_fitted(sign: float) -> None:
 def test_sensor_that_was_not_zeroed() -> None:
     run = bench_run(staircase())
     fit = fit_rotor(bench_run(staircase(), force=run.force + 0.4))
-    (sentence,) = (told for told in fit.warnings if told.startswith("At rest the force would be "))
+    (sentence,) = (
+        reported for reported in fit.warnings if reported.startswith("At rest the force would be ")
+    )
     found = re.fullmatch(
         r"At rest the force would be ([\d.]+) N, not 0, ([\d.]+)% of the largest: zero the sensor "
         "with the rotor at rest.",
@@ -46,17 +48,19 @@ def test_sensor_that_was_not_zeroed() -> None:
     )
 
 
-def test_noise_that_drifts_is_told() -> None:
+def test_noise_that_drifts_is_reported() -> None:
     random = np.random.default_rng(0)
     drift = np.convolve(random.standard_normal(2020), np.ones(20) / 4.5, "valid")[:2000]
     speed = staircase(2000)
     run = bench_run(speed, force=THRUST * speed**2 + 0.05 * drift)
     fit = fit_rotor(run)
-    (told,) = (one for one in fit.warnings if one.startswith("Successive residuals of the force"))
+    (reported,) = (
+        one for one in fit.warnings if one.startswith("Successive residuals of the force")
+    )
     rest = fit.thrust.residual[~fit.thrust.outlier]
     alike = float(np.corrcoef(rest[1:], rest[:-1])[0, 1])
     wider = math.sqrt((1.0 + alike) / (1.0 - alike))
-    assert told == (
+    assert reported == (
         f"Successive residuals of the force are alike (correlation {alike:.2f}), so its interval "
         f"is too narrow, by a factor of about {wider:.2g}."
     )

@@ -116,7 +116,7 @@ def test_threads_do_not_write_into_each_others_lines(tmp_path: Path) -> None:
         assert len(log) == 200
 
 
-def test_a_log_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_log_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with FlightLog(tmp_path / "file" / "log") as log, pytest.raises(RunFileError, match="log: "):
         log.add("a", FlightResult(metrics()))
@@ -162,12 +162,12 @@ def test_what_is_there_is_not_flown_again(tmp_path: Path) -> None:
         first = fly_jobs([*JOBS[:2], JOBS[0]], log)
     assert len(lines(path)) == 3, "a header, and each flight once"
     before = path.read_bytes()
-    told: list[int] = []
+    reported: list[int] = []
     with FlightLog(path) as log:
-        again = fly_jobs([*JOBS[:2], JOBS[0]], log, lambda: told.append(len(log)))
+        again = fly_jobs([*JOBS[:2], JOBS[0]], log, lambda: reported.append(len(log)))
     assert again == first
     assert path.read_bytes() == before
-    assert len(told) == 3
+    assert len(reported) == 3
 
 
 def test_a_refused_flight_is_an_answer(tmp_path: Path) -> None:

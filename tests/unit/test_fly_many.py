@@ -166,8 +166,8 @@ def test_only_what_is_asked_for_is_kept(tmp_path: Any) -> None:
 
 def test_a_kept_run_tells_what_made_it_differ() -> None:
     flights = om.fly_many(two_seconds(), 2, vary={"mass": om.Uniform(1.0, 1.1)}, keep="all")
-    told = f'"vary": {{"mass": {float(flights.varied["mass"][1])!r}}}'
-    assert told in flights.runs[1].provenance.scenario_text
+    reported = f'"vary": {{"mass": {float(flights.varied["mass"][1])!r}}}'
+    assert reported in flights.runs[1].provenance.scenario_text
 
 
 def test_memory_is_bounded_by_what_is_kept() -> None:
@@ -199,7 +199,7 @@ def test_memory_is_bounded_by_what_is_kept() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         ({"n": 0}, "n is 0"),
         ({"n": -3}, "n is -3"),
@@ -226,12 +226,12 @@ def test_memory_is_bounded_by_what_is_kept() -> None:
     ],
 )
 def test_what_cannot_be_flown_is_refused_in_one_sentence(
-    arguments: dict[str, Any], told: str
+    arguments: dict[str, Any], expected: str
 ) -> None:
     with pytest.raises(InputError) as caught:
         om.fly_many(two_seconds(), **arguments)
     message = str(caught.value)
-    assert told in message
+    assert expected in message
     assert message[-1] in ".?"
     assert "\n" not in message
 
@@ -258,9 +258,9 @@ def test_an_instruction_set_that_is_not_there_is_named() -> None:
 
 
 def test_progress_ends_with_all() -> None:
-    told: list[tuple[int, int]] = []
-    om.fly_many(two_seconds(), 10, progress=lambda done, of: told.append((done, of)))
-    assert told[-1] == (10, 10)
+    reported: list[tuple[int, int]] = []
+    om.fly_many(two_seconds(), 10, progress=lambda done, of: reported.append((done, of)))
+    assert reported[-1] == (10, 10)
 
 
 def test_an_error_in_progress_is_the_callers() -> None:
@@ -296,7 +296,7 @@ def test_an_interrupt_returns_what_is_finished() -> None:
             process.kill()  # but for a failure it has ended
     assert err == ""
     assert process.returncode == 0
-    left, count, *told = out.splitlines()[-1].split()
+    left, count, *reported = out.splitlines()[-1].split()
     assert left == "left"
     assert 16 <= int(count) < 100_000
-    assert told == ["True", "True", "True", "False"]
+    assert reported == ["True", "True", "True", "False"]

@@ -141,7 +141,7 @@ def test_against_a_general_nonlinear_solver() -> None:
         assert problem.residual(problem.point(ours)) <= PROVEN
         start = problem.point(answer_at_kept_tilts(vehicle, case, step))
         size = problem.J(start)
-        told = minimize(
+        reported = minimize(
             lambda z, p=problem, size=size: p.J(z) / size,
             start,
             jac=lambda z, p=problem, size=size: p.gradient(z) / size,
@@ -149,7 +149,7 @@ def test_against_a_general_nonlinear_solver() -> None:
             method="SLSQP",
             options={"maxiter": 2000, "ftol": 1e-15},
         )
-        best = problem.J(np.clip(told.x, problem.lower, problem.upper))
+        best = problem.J(np.clip(reported.x, problem.lower, problem.upper))
         excess.append((ours.cost - best) / best)
     assert np.sum(np.array(excess) > 1e-6) <= 1
     assert max(excess) < 1e-3

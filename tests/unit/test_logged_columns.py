@@ -215,9 +215,9 @@ def mark_a_column(file: h5py.File) -> None:
 
 def sign_again(file: h5py.File, version: int) -> None:
     """Let the hash be that of what the file now holds."""
-    told = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
+    reported = {name: store._attribute("", file, key) for key, name in ATTRIBUTES.items()}
     parts = store._columns("", file, version), store._logged(file, version)
-    outcome, provenance = store._outcome("", file), Provenance(**told)
+    outcome, provenance = store._outcome("", file), Provenance(**reported)
     file.attrs["content_hash"] = hash_of(*parts, outcome, provenance, version)
 
 
@@ -332,7 +332,7 @@ def test_a_part_that_failed_is_named() -> None:
         [FAILURE | {"kind": "push"}],
     ],
 )
-def test_a_failure_told_otherwise_is_said_in_general(events: Any) -> None:
+def test_a_failure_reported_otherwise_is_said_in_general(events: Any) -> None:
     assert failed(events) == om.Outcome.PART_FAILED.value
 
 

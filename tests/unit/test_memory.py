@@ -231,31 +231,31 @@ om.load_run("large.nc")""",
 @pytest.mark.parametrize("door", DOORS)
 def test_a_door_refuses_before_it_takes(door: str, limited: Limited) -> None:
     program = "\n".join(f"    {line}" for line in DOORS[door].strip().splitlines())
-    told = limited(
+    reported = limited(
         f"try:\n{program}\nexcept TooLargeError as refused:\n"
         "    print(refused)\n    print(peak() - before)\n"
     )
-    message, megabytes = told
+    message, megabytes = reported
     size = r"[\d.e+]+ [MGT]B"
     assert re.search(rf"need about {size} of memory, but {size} are free; .*\.$", message)
     assert float(megabytes) < 100.0
 
 
 def test_the_estimate_is_what_a_flight_takes(limited: Limited) -> None:
-    told = limited(
+    reported = limited(
         "from omnimorph.simulation.recording import bytes_of_flights\n"
         "scenario = lasting(300.0)\n"
         "before = peak()\n"
         "om.fly(scenario).metrics\n"
         "print(peak() - before, bytes_of_flights(scenario, 1) / 2**20)\n"
     )
-    took, estimated = map(float, told[0].split())
+    took, estimated = map(float, reported[0].split())
     assert 0.9 * took < estimated < 1.3 * took
 
 
 def test_what_fits_is_flown_under_the_same_limit(limited: Limited) -> None:
-    told = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())")
-    assert told == ["True"]
+    reported = limited("print(om.fly_many(lasting(10.0), 8, keep='all').completed.all())")
+    assert reported == ["True"]
 
 
 @pytest.mark.parametrize(
@@ -288,8 +288,10 @@ except RunFileError as refused:
     print(peak() - before)
 """
     )
-    told = "claims.nc: the run cannot be read: it is cut off or damaged (it does not hold all of "
-    assert message == f"{told}time)."
+    reported = (
+        "claims.nc: the run cannot be read: it is cut off or damaged (it does not hold all of "
+    )
+    assert message == f"{reported}time)."
     assert float(megabytes) < 20.0
 
 

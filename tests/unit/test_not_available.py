@@ -108,7 +108,9 @@ def test_the_command_line_shows_no_tilt_of_a_quadrotor(
     out = str(tmp_path / "out")
     assert main(["fly", "tour", "--vehicle", "quadrotor", "--out", out]) == 0
     lines = capsys.readouterr().out.splitlines()
-    told = {words: line for line in lines for words in ("tilt, mean",) if line.startswith(words)}
-    assert told["tilt, mean"].split()[-2:] == ["—", "°"]
+    reported = {
+        words: line for line in lines for words in ("tilt, mean",) if line.startswith(words)
+    }
+    assert reported["tilt, mean"].split()[-2:] == ["—", "°"]
     kept = json.loads((tmp_path / "out" / "metrics.json").read_text(encoding="utf-8"))
     assert [kept[name] for name in TILTS] == [None] * 3

@@ -44,10 +44,10 @@ def run() -> om.Run:
 
 def test_a_panel_shows_the_speed_of_the_rotor_it_names(run: om.Run) -> None:
     figure = figures.rotor_speeds([style.Flight("one", run, style.LineStyle(style.BLUE))])
-    told = {panel.get_title(loc="left").split("  ")[0]: panel for panel in figure.axes}
-    assert sorted(told) == [f"rotor {i}" for i in NUMBERS]
+    reported = {panel.get_title(loc="left").split("  ")[0]: panel for panel in figure.axes}
+    assert sorted(reported) == [f"rotor {i}" for i in NUMBERS]
     for i in range(8):
-        shown = np.asarray(told[f"rotor {i}"].lines[0].get_ydata(), dtype=np.float64)
+        shown = np.asarray(reported[f"rotor {i}"].lines[0].get_ydata(), dtype=np.float64)
         assert shown.max() == pytest.approx(run.speed[:, i].max() / (2.0 * np.pi), rel=1e-12)
 
 
@@ -122,9 +122,11 @@ def test_nothing_numbers_rotors_from_one() -> None:
     found = []
     for path in TEXTS:
         text = path.read_text(encoding="utf-8")
-        told = [*re.finditer(one_more, text), *re.finditer(by_number, text)]
+        reported = [*re.finditer(one_more, text), *re.finditer(by_number, text)]
         found += [
-            f"{path.name}: {one.group()}" for one in told if re.search(r"1 ?\}|[89]", one.group())
+            f"{path.name}: {one.group()}"
+            for one in reported
+            if re.search(r"1 ?\}|[89]", one.group())
         ]
     assert len(TEXTS) > 250
     assert found == []

@@ -1,4 +1,4 @@
-"""What is no number is told in a sentence wherever a user hands over numbers."""
+"""What is no number is reported in a sentence wherever a user hands over numbers."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def doors() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("door", "argument"), list(doors()))
-def test_what_is_no_number_is_told(door: Callable[..., Any], argument: str) -> None:
+def test_what_is_no_number_is_reported(door: Callable[..., Any], argument: str) -> None:
     arguments = inspect.signature(door).parameters
     given = {key: value for key, value in GOOD.items() if key in arguments}
     if door is om.cost_over_tilt:
@@ -95,7 +95,7 @@ def test_there_are_doors() -> None:
 
 
 @pytest.mark.parametrize("wrong", [*NOT_NUMBERS, None, np.full(6, np.nan), np.zeros((6, 1))])
-def test_a_push_that_is_no_wrench_is_told(wrong: Any) -> None:
+def test_a_push_that_is_no_wrench_is_reported(wrong: Any) -> None:
     flight = om.SteppedFlight("hover")
     with pytest.raises(om.InputError, match=r"the flight: push is .* six finite numbers"):
         flight.step(wrong)
@@ -107,20 +107,20 @@ def test_a_push_that_is_no_wrench_is_told(wrong: Any) -> None:
 
 
 @pytest.mark.parametrize("argument", ["seed", "flight", "steps"])
-def test_noise_of_no_flight_is_told(argument: str) -> None:
+def test_noise_of_no_flight_is_reported(argument: str) -> None:
     for wrong in (-1, 10**400, 1.5, "x"):
         with pytest.raises(om.InputError, match=rf"{argument} is .* an integer from 0 to"):
             measurement_noise(**{"seed": 0, "flight": 0, "steps": 1} | {argument: wrong})  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("wrong", [3, None, "x", [1]])
-def test_gains_that_are_none_are_told(wrong: Any) -> None:
+def test_gains_that_are_none_are_reported(wrong: Any) -> None:
     with pytest.raises(om.InputError, match=r"gains is .* a TrackingGains, or"):
         om.stability_margins(wrong, "omnimorph")
 
 
 @pytest.mark.parametrize("wrong", [1, True, ["mass"], np.zeros((2, 2)), object()])
-def test_variations_that_are_no_mapping_are_told(wrong: Any) -> None:
+def test_variations_that_are_no_mapping_are_reported(wrong: Any) -> None:
     with pytest.raises(om.InputError, match=r"vary is .* a mapping from some of mass"):
         om.fly_many("hover", 2, vary=wrong)
 

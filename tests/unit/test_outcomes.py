@@ -45,8 +45,8 @@ def mirrored() -> np.ndarray[Any, Any]:
     [np.zeros((3, 3)), mirrored(), 1.001 * np.eye(3), np.ones((3, 3)), np.diag([1e200, 1.0, 1.0])],
 )
 def test_an_attitude_that_is_no_rotation_is_refused(matrix: Any) -> None:
-    told = r"attitude of the reference at 0\.5 s is .*, but it must be a rotation matrix"
-    with pytest.raises(ScenarioError, match=told):
+    reported = r"attitude of the reference at 0\.5 s is .*, but it must be a rotation matrix"
+    with pytest.raises(ScenarioError, match=reported):
         om.fly(HOVER, reference=Turned(matrix))
     start = om.State(np.zeros(3), np.asarray(matrix), np.zeros(3), np.zeros(3))
     with pytest.raises(ScenarioError, match=r"attitude of the start is .* a rotation matrix"):
@@ -104,7 +104,7 @@ def turned_run(
     return replace(run, provenance=replace(run.provenance, scenario_text=text))
 
 
-def test_an_attitude_that_was_not_followed_is_told() -> None:
+def test_an_attitude_that_was_not_followed_is_reported() -> None:
     far = (
         "The flight was completed, but the attitude was not followed: it was 31° from the reference"
     )
@@ -130,12 +130,12 @@ def test_a_short_flight_is_judged_as_a_whole() -> None:
     assert run.outcome_sentence.endswith("it was 45° from the reference throughout the flight.")
 
 
-def test_a_position_that_was_not_followed_is_told() -> None:
+def test_a_position_that_was_not_followed_is_reported() -> None:
     run = turned_run(0.0)
     away = replace(run, p_WB=run.p_WB + np.array([0.6, 0.0, 0.0]))
-    told = "The flight was completed, but the position was not followed: it was 0.6 m from the "
-    assert away.outcome_sentence == f"{told}reference over the last second."
-    unknown = replace(away, provenance=replace(away.provenance, scenario_text="told by hand"))
+    reported = "The flight was completed, but the position was not followed: it was 0.6 m from the "
+    assert away.outcome_sentence == f"{reported}reference over the last second."
+    unknown = replace(away, provenance=replace(away.provenance, scenario_text="reported by hand"))
     assert unknown.outcome_sentence == "The flight was completed."
 
 
@@ -152,8 +152,8 @@ def test_a_position_that_was_not_followed_is_told() -> None:
 )
 def test_a_scenario_of_another_writer_changes_no_sentence(text: str, tmp_path: Path) -> None:
     run = turned_run(31.0)
-    told = replace(run.provenance, scenario_text=text, vehicle_text=vehicle_text(run.vehicle))
-    replace(run, provenance=told).save(tmp_path / "run.nc")
+    reported = replace(run.provenance, scenario_text=text, vehicle_text=vehicle_text(run.vehicle))
+    replace(run, provenance=reported).save(tmp_path / "run.nc")
     assert om.load_run(tmp_path / "run.nc").outcome_sentence == run.outcome_sentence
 
 
@@ -197,11 +197,13 @@ def test_the_command_line_tells_it_too(
     Path("ignored.toml").write_text(IGNORED, encoding="utf-8")
     assert main(["fly", "ignored.toml", "--out", "out"]) == 0
     out, err = capsys.readouterr()
-    told = "but the attitude was not followed: it was 34° from the reference over the last second."
-    assert told in out
-    assert told in err
+    reported = (
+        "but the attitude was not followed: it was 34° from the reference over the last second."
+    )
+    assert reported in out
+    assert reported in err
     with h5py.File("out/run.nc") as file:
-        assert told in file.attrs["outcome_sentence"].decode()
+        assert reported in file.attrs["outcome_sentence"].decode()
 
 
 def test_the_command_line_tells_what_is_not_proven(
@@ -213,7 +215,9 @@ def test_the_command_line_tells_what_is_not_proven(
     run = replace(flown, kkt_residual=residual)
     monkeypatch.setattr(om, "fly", lambda *_, **__: run)
     assert main(["fly", "hover", "--out", str(tmp_path / "out")]) == 0
-    told = "hover: 2 control steps are not proven: the KKT residual of their allocation is up to "
-    assert capsys.readouterr().err.strip() == f"omnimorph: {told}2.5e-01."
+    reported = (
+        "hover: 2 control steps are not proven: the KKT residual of their allocation is up to "
+    )
+    assert capsys.readouterr().err.strip() == f"omnimorph: {reported}2.5e-01."
     assert main(["fly", "hover", "--out", str(tmp_path / "json"), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["metrics"]["unproven_steps"] == 2

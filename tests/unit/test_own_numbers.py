@@ -58,9 +58,9 @@ def test_a_number_that_is_meant_of_the_vehicle_is_called_by_its_file(
     plant = om.PlantModel(name="p", effects=(effect,))
     with pytest.raises(ScenarioError) as caught:
         plant.core_fields(without)
-    told = f"positive, because the plant's effect {effect.kind} takes it from the vehicle"
-    told += remedy
-    assert str(caught.value) == f"vehicle mine: {key} is 0, but it must be {told}."
+    reported = f"positive, because the plant's effect {effect.kind} takes it from the vehicle"
+    reported += remedy
+    assert str(caught.value) == f"vehicle mine: {key} is 0, but it must be {reported}."
 
 
 def test_a_vehicle_that_only_another_plant_takes_flies_in_that(tmp_path: Path) -> None:
@@ -101,5 +101,5 @@ def test_every_effect_that_falls_back_on_the_vehicle_says_so_that_way() -> None:
         except ScenarioError as error:
             refused[kind.kind] = str(error)
     assert {"rotor-lag", "dead-band", "rotor-momentum", "servo-lag"} <= set(refused)
-    assert all(told.startswith("vehicle bare: ") for told in refused.values())
-    assert not any("missing" in told for told in refused.values())
+    assert all(reported.startswith("vehicle bare: ") for reported in refused.values())
+    assert not any("missing" in reported for reported in refused.values())

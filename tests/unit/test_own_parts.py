@@ -26,22 +26,22 @@ def exact(time: float, state: om.State) -> om.State:
 
 
 def test_an_estimator_that_believes_what_is_measured_flies_as_the_filters_that_pass_all() -> None:
-    own, told = om.fly(SHORT, estimator=passing), om.fly(SHORT)
-    np.testing.assert_allclose(own.p_WB, told.p_WB, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(own.wrench_asked, told.wrench_asked, rtol=0.0, atol=1e-6)
+    own, reported = om.fly(SHORT, estimator=passing), om.fly(SHORT)
+    np.testing.assert_allclose(own.p_WB, reported.p_WB, rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(own.wrench_asked, reported.wrench_asked, rtol=0.0, atol=1e-6)
     quiet = om.load_plant("perfect")
-    told = om.fly(SHORT, plant=quiet)
-    assert differing(om.fly(SHORT, plant=quiet, estimator=passing), told) == []
+    reported = om.fly(SHORT, plant=quiet)
+    assert differing(om.fly(SHORT, plant=quiet, estimator=passing), reported) == []
 
 
 def test_sensors_that_do_not_err_fly_as_the_plant_without_noise() -> None:
     quiet = [one for one in SHORT.plant.effects if one.kind != "measurement-noise"]
-    told = om.fly(replace(SHORT, plant=replace(SHORT.plant, effects=tuple(quiet))))
-    assert differing(om.fly(SHORT, sensors=exact), told) == []
-    assert differing(om.fly(SHORT, sensors="perfect"), told) == []
-    assert differing(om.fly(SHORT, sensors=[]), told) == []
+    reported = om.fly(replace(SHORT, plant=replace(SHORT.plant, effects=tuple(quiet))))
+    assert differing(om.fly(SHORT, sensors=exact), reported) == []
+    assert differing(om.fly(SHORT, sensors="perfect"), reported) == []
+    assert differing(om.fly(SHORT, sensors=[]), reported) == []
     assert differing(om.fly(SHORT, sensors=NOISE), om.fly(SHORT)) == []
-    assert differing(om.fly(SHORT), told) != []
+    assert differing(om.fly(SHORT), reported) != []
 
 
 def test_an_estimator_is_given_what_the_sensors_read_and_the_last_command() -> None:
@@ -176,12 +176,12 @@ def test_a_command_by_hand_flies_as_the_controller_that_gives_it() -> None:
     def steady(time: float, state: om.State, desired: om.Desired) -> om.Command:
         return om.Command(np.full(8, 1.61 + time), np.array([time]), np.arange(6.0))
 
-    told = om.fly(SHORT, controller=steady)
+    reported = om.fly(SHORT, controller=steady)
     flight, zero = om.SteppedFlight(SHORT), np.zeros(3)
     nowhere: Any = om.Desired(zero, np.eye(3), zero, zero, zero, zero)
     while not flight.is_over:
         flight.step(command=steady(flight.time, flight.state, nowhere))
-    assert differing(flight.as_run(), told) == []
+    assert differing(flight.as_run(), reported) == []
 
 
 def test_a_demand_by_hand_is_answered_by_the_allocator() -> None:

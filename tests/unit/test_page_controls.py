@@ -105,15 +105,15 @@ def test_a_design_of_one_way_rotors_has_its_own_lift_and_weakest_direction(serve
     """Up and down, and the two limits, are alike in a vehicle whose rotors turn both ways."""
     one_way = OMNIMORPH.replace(speed_min=0.3 * OMNIMORPH.speed_min)
     view = Design.of(one_way, TILT).view()
-    told = {row.key: row.values[0] for row in numbers_of_design(view)}
+    reported = {row.key: row.values[0] for row in numbers_of_design(view)}
     forces = om.analysis.force_set(one_way, TILT, zero_moment=True)
-    assert told["lift"] == shown_number(forces.vertices[:, 2].max())
+    assert reported["lift"] == shown_number(forces.vertices[:, 2].max())
     free = Design.of(one_way, TILT).changed(zero_moment=False).view().forces
     assert free.volume == pytest.approx(
         om.analysis.force_set(one_way, TILT, zero_moment=False).volume
     )
-    assert told["moment-radius"] == shown_number(view.moments.inscribed_radius)
-    assert told["weight"] == shown_number(one_way.mass * GRAVITY)
+    assert reported["moment-radius"] == shown_number(view.moments.inscribed_radius)
+    assert reported["weight"] == shown_number(one_way.mass * GRAVITY)
 
 
 # --- a flight that was flown ----------------------------------------------------------------------

@@ -34,9 +34,9 @@ def server() -> Iterator[Any]:
 
 @pytest.fixture
 def faults(server: Any) -> list[str]:
-    told: list[str] = []
-    server.guard.on_fault(lambda error: told.append(f"{type(error).__name__}: {error}"))
-    return told
+    reported: list[str] = []
+    server.guard.on_fault(lambda error: reported.append(f"{type(error).__name__}: {error}"))
+    return reported
 
 
 def fails(*_: object) -> None:

@@ -61,9 +61,9 @@ def status_of(server: Any, path: str, headers: dict[str, str]) -> tuple[int, byt
     line = http.client.HTTPConnection("127.0.0.1", server.get_port(), timeout=30.0)
     line.request("GET", path, headers=headers)
     answer = line.getresponse()
-    told = answer.status, answer.read()
+    reported = answer.status, answer.read()
     line.close()
-    return told
+    return reported
 
 
 STRANGERS = {
@@ -101,8 +101,8 @@ def test_a_stranger_is_refused(closed: Any, who: str) -> None:
     path = path.format(**known)
     headers = {name: value.format(**known) for name, value in headers.items()}
     raw_path = path.encode().decode("latin-1") if path.isascii() else "/%C3%A9"
-    status, told = status_of(closed, raw_path, headers)
-    assert (status, told) == (FORBIDDEN, b"Forbidden.\n")
+    status, reported = status_of(closed, raw_path, headers)
+    assert (status, reported) == (FORBIDDEN, b"Forbidden.\n")
     host = headers.get("Host", f"127.0.0.1:{port}")
     if not host or "@" in host:
         return  # our websocket cannot ask like this

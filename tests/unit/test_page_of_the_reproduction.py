@@ -43,13 +43,13 @@ def test_claims_stand_beside_what_was_found() -> None:
               holds=False),
     ]  # fmt: skip
     for row in judged:
-        told = row.as_dict()
-        assert told.pop("paper") == row.claim.value
-        assert told.pop("verdict") == row.verdict.value
+        reported = row.as_dict()
+        assert reported.pop("paper") == row.claim.value
+        assert reported.pop("verdict") == row.verdict.value
         for key in ("key", "text", "where", "rule", "unit"):
-            assert told.pop(key) == getattr(row.claim, key)
-        assert told == {key: getattr(row, key) for key in told}
-        assert len(told) == 8
+            assert reported.pop(key) == getattr(row.claim, key)
+        assert reported == {key: getattr(row, key) for key in reported}
+        assert len(reported) == 8
     one, two, three = (row.claim.text for row in judged)
     expected = [
         [one, "number", "2081 “J”", "1900 (1880 … 1930) “J”", "−8.7 %", "predicted"],
@@ -111,13 +111,13 @@ def test_flights_that_were_not_completed_are_counted_by_scenario_and_end() -> No
 
 
 def test_provenance_names_what_was_flown() -> None:
-    told = {row[0]: row[1] for row in table("provenance", FLIGHTS).rows}
+    reported = {row[0]: row[1] for row in table("provenance", FLIGHTS).rows}
     for name in (A, B):
         run = FLIGHTS.runs[name]
-        assert told[f"{WORDS[name]}, content hash"] == run.content_hash
-        assert told[f"{WORDS[name]}, by itself"] == f"omnimorph fly {name} --seed {2**64 - 1}"
-        assert told[WORDS[name]] == f"scenario {name}, plant realistic, seed {2**64 - 1}"
-    assert told["omnimorph"] == "0.1.0"
+        assert reported[f"{WORDS[name]}, content hash"] == run.content_hash
+        assert reported[f"{WORDS[name]}, by itself"] == f"omnimorph fly {name} --seed {2**64 - 1}"
+        assert reported[WORDS[name]] == f"scenario {name}, plant realistic, seed {2**64 - 1}"
+    assert reported["omnimorph"] == "0.1.0"
 
 
 @pytest.mark.parametrize("quick", [True, False])

@@ -161,10 +161,10 @@ def test_overrides_of_what_is_not_proposed() -> None:
         replace(hover, overrides={"position": hover.gains.position})
 
 
-def test_what_is_not_proposed_is_told_whole(tmp_path: Path) -> None:
-    told = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nproposed = false\n'
+def test_what_is_not_proposed_is_reported_whole(tmp_path: Path) -> None:
+    reported = 'schema = 1\nname = "mine"\nbase = "tour"\n[controller]\nproposed = false\n'
     with pytest.raises(ScenarioError, match=r"controller\.allocator is missing, but it must be"):
-        load(tmp_path, told)
+        load(tmp_path, reported)
     with pytest.raises(ScenarioError, match=r'controller\.proposed is "yes", but it must be true'):
         load(tmp_path, changed(PROPOSED.format("hover"), "true", '"yes"'))
     with pytest.raises(ScenarioError, match=r"controller\.propsed is not a known key; did you"):
@@ -200,7 +200,7 @@ def test_another_vehicle_gets_its_own_controller() -> None:
     assert flown.as_file()["controller"]["proposed"] is True
 
 
-def test_what_is_told_stays_told() -> None:
+def test_what_is_given_stays() -> None:
     hover = om.load_scenario("hover")
     other = hover.for_vehicle(om.load_vehicle("omnimorph-2026"))
     assert (other.gains, other.allocator) == (hover.gains, hover.allocator)

@@ -52,8 +52,8 @@ def assert_same_rows(ours: Run, other: Run) -> None:
     """All rows of the first run are those of the second, which may be longer."""
     for name, tolerance in SAME.items():
         column = getattr(ours, name)
-        told = getattr(other, name)[: len(column)]
-        np.testing.assert_allclose(column, told, rtol=0.0, atol=tolerance, err_msg=name)
+        reported = getattr(other, name)[: len(column)]
+        np.testing.assert_allclose(column, reported, rtol=0.0, atol=tolerance, err_msg=name)
 
 
 class Recorder:
@@ -77,10 +77,10 @@ class Recorder:
 @pytest.mark.parametrize("name", ["paper-case-a", "paper-case-b", "paper-fixed-45-a"])
 def test_the_built_in_controller_flies_the_same_from_python(name: str, plant: str) -> None:
     scenario = short_scenario(name, plant)
-    told = om.fly(scenario, seed=3)
+    reported = om.fly(scenario, seed=3)
     ours = om.fly(scenario, seed=3, controller=scenario.build_controller())
-    assert_same_flight(ours, told)
-    np.testing.assert_array_equal(ours.active, told.active)
+    assert_same_flight(ours, reported)
+    np.testing.assert_array_equal(ours.active, reported.active)
 
 
 def test_an_allocator_that_passes_on_to_the_built_in_one_flies_the_same() -> None:
@@ -91,13 +91,13 @@ def test_an_allocator_that_passes_on_to_the_built_in_one_flies_the_same() -> Non
         chosen = controller.allocate(acceleration, state)
         return om.Command(chosen.thrust, chosen.tilt)
 
-    told = om.fly(scenario, seed=5)
+    reported = om.fly(scenario, seed=5)
     ours = om.fly(scenario, seed=5, allocator=allocate)
-    assert_same_flight(ours, told)
-    np.testing.assert_allclose(ours.wrench_asked, told.wrench_asked, rtol=0.0, atol=1e-10)
+    assert_same_flight(ours, reported)
+    np.testing.assert_allclose(ours.wrench_asked, reported.wrench_asked, rtol=0.0, atol=1e-10)
 
 
-def test_an_allocator_is_told_its_previous_command() -> None:
+def test_an_allocator_is_given_its_previous_command() -> None:
     scenario = short_scenario()
     controller = scenario.build_controller()
     given: list[om.Command] = []
@@ -113,9 +113,9 @@ def test_an_allocator_is_told_its_previous_command() -> None:
     hover = scenario.vehicle.mass * 9.81 / 8.0
     np.testing.assert_allclose(given[0].thrust, hover, rtol=1e-14)
     np.testing.assert_array_equal(given[0].tilt, [0.0])
-    for told, answered in zip(given[1:], answers[:-1], strict=True):
-        np.testing.assert_array_equal(told.thrust, answered.thrust)
-        np.testing.assert_array_equal(told.tilt, answered.tilt)
+    for reported, answered in zip(given[1:], answers[:-1], strict=True):
+        np.testing.assert_array_equal(reported.thrust, answered.thrust)
+        np.testing.assert_array_equal(reported.tilt, answered.tilt)
 
 
 class MinimumJerk:
@@ -137,9 +137,9 @@ class MinimumJerk:
 def test_a_reference_in_python_flies_like_the_segments_it_repeats(plant: str) -> None:
     straight = SegmentReference((0.0, 0.0, 1.0), np.eye(3), [Segment(DURATION, MOVE)])
     scenario = replace(short_scenario(plant=plant), reference=straight)
-    told = om.fly(scenario, seed=1)
+    reported = om.fly(scenario, seed=1)
     ours = om.fly(scenario, seed=1, reference=MinimumJerk())
-    assert_same_flight(ours, told)
+    assert_same_flight(ours, reported)
 
 
 @pytest.mark.parametrize("plant", ["perfect", "realistic"])
@@ -154,9 +154,9 @@ def test_a_disturbance_in_python_pushes_like_the_effect_it_repeats(plant: str) -
         calls.append(time)
         return wrench
 
-    told = om.fly(replace(scenario, plant=pushed_plant), seed=2)
+    reported = om.fly(replace(scenario, plant=pushed_plant), seed=2)
     ours = om.fly(scenario, seed=2, disturbance=disturb)
-    assert_same_flight(ours, told)
+    assert_same_flight(ours, reported)
     np.testing.assert_allclose(calls, np.arange(600) * 1e-3, rtol=0.0, atol=1e-12)
     undisturbed = om.fly(scenario, seed=2)
     assert np.abs(ours.p_WB - undisturbed.p_WB).max() > 1e-4
@@ -196,7 +196,7 @@ def test_controller_and_disturbance_together_call_each_at_its_rate() -> None:
 @pytest.mark.parametrize("plant", ["perfect", "realistic"])
 def test_a_plant_stepped_from_python_flies_what_fly_flies(plant: str) -> None:
     scenario = short_scenario(plant=plant)
-    told = om.fly(scenario, seed=4, flight=2)
+    reported = om.fly(scenario, seed=4, flight=2)
     start = om.State(*scenario.reference(0.0)[:4])
     stepped = om.SimulatedPlant(
         scenario.vehicle, scenario.plant, start=start, start_tilt=scenario.tilt, seed=4, flight=2
@@ -204,16 +204,16 @@ def test_a_plant_stepped_from_python_flies_what_fly_flies(plant: str) -> None:
     controller = scenario.build_controller()
     every = round(scenario.plant.control_period / scenario.plant.physics_step)
     state = stepped.measure()
-    for k in range(0, len(told.time) - 1, every):
-        assert stepped.time == pytest.approx(told.time[k], abs=1e-12)
+    for k in range(0, len(reported.time) - 1, every):
+        assert stepped.time == pytest.approx(reported.time[k], abs=1e-12)
         for part, column in zip(stepped.state, ("p_WB", "R_WB", "v_WB", "w_WB_B"), strict=True):
-            np.testing.assert_allclose(part, getattr(told, column)[k], rtol=0.0, atol=1e-12)
+            np.testing.assert_allclose(part, getattr(reported, column)[k], rtol=0.0, atol=1e-12)
         desired = scenario.reference(k * scenario.plant.physics_step)
         state = stepped.step(controller(stepped.time, state, desired))
-    np.testing.assert_allclose(stepped.state.p_WB, told.p_WB[-1], rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(stepped.speed, told.speed[-1], rtol=0.0, atol=1e-7)
-    np.testing.assert_allclose(stepped.tilt, told.tilt_actual[-1], rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(stepped.wrench, told.wrench_achieved[-1], rtol=0.0, atol=1e-9)
+    np.testing.assert_allclose(stepped.state.p_WB, reported.p_WB[-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(stepped.speed, reported.speed[-1], rtol=0.0, atol=1e-7)
+    np.testing.assert_allclose(stepped.tilt, reported.tilt_actual[-1], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(stepped.wrench, reported.wrench_achieved[-1], rtol=0.0, atol=1e-9)
 
 
 def test_a_plant_can_be_stepped_one_physics_step_at_a_time() -> None:
@@ -263,12 +263,12 @@ def test_looking_twice_changes_nothing() -> None:
     once, often = (om.SimulatedPlant(vehicle, model, seed=3) for _ in range(2))
     command = om.Command(np.full(8, 1.6), np.zeros(1))
     for _ in range(5):
-        told = once.step(command)
+        reported = once.step(command)
         often.step(command)
         for _ in range(3):
-            np.testing.assert_array_equal(often.measure().p_WB, told.p_WB)
-            np.testing.assert_array_equal(often.measure().R_WB, told.R_WB)
-    assert np.abs(told.p_WB - once.state.p_WB).max() > 0.0
+            np.testing.assert_array_equal(often.measure().p_WB, reported.p_WB)
+            np.testing.assert_array_equal(often.measure().R_WB, reported.R_WB)
+    assert np.abs(reported.p_WB - once.state.p_WB).max() > 0.0
 
 
 def test_the_perfect_plant_measures_exactly() -> None:

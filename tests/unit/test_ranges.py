@@ -1,4 +1,4 @@
-"""Every number of every file has a range, and whatever is beyond it is told in a sentence."""
+"""Every number of every file has a range, and whatever is beyond it is reported in a sentence."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def refusal(kind: str, path: Path) -> str:
 
 
 @pytest.mark.parametrize(("kind", "tree"), DOCUMENTS)
-def test_what_is_beyond_a_range_is_told(
+def test_what_is_beyond_a_range_is_reported(
     kind: str, tree: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -184,18 +184,18 @@ def test_what_is_beyond_a_range_is_told(
             changed = copy.deepcopy(tree)
             at(changed, place[:-1])[place[-1]] = value
             path.write_text(as_toml(changed), encoding="utf-8")
-            told = refusal(kind, path)
-            assert len(told) < 700
+            reported = refusal(kind, path)
+            assert len(reported) < 700
             if any(value is one for one in REFUSED):
-                assert told.startswith(f"{path}: "), (words, value)
-                assert str(words[-1]) in told, (words, value)
+                assert reported.startswith(f"{path}: "), (words, value)
+                assert str(words[-1]) in reported, (words, value)
 
 
 @pytest.mark.parametrize(
     ("kind", "text"),
     [*(("bench", text) for text in bench_texts()), *(("reference", t) for t in reference_texts())],
 )
-def test_what_is_beyond_the_range_of_a_column_is_told(
+def test_what_is_beyond_the_range_of_a_column_is_reported(
     kind: str, text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -208,8 +208,8 @@ def test_what_is_beyond_the_range_of_a_column_is_told(
             path.write_text("\n".join([header, *lines[:4], ",".join(cells), *lines[5:]]))
             with pytest.raises(om.InputError) as caught:
                 KINDS[kind].use(path)
-            told = f"{path}: line 6, column {name} is "
-            assert str(caught.value).startswith(told)
+            reported = f"{path}: line 6, column {name} is "
+            assert str(caught.value).startswith(reported)
             assert "a finite number from " in str(caught.value)
 
 
@@ -220,7 +220,7 @@ def test_times_too_near_to_one_another(tmp_path: Path) -> None:
         samples.SampledReference.from_csv(poses)
 
 
-def test_a_command_without_rest_is_told(tmp_path: Path) -> None:
+def test_a_command_without_rest_is_reported(tmp_path: Path) -> None:
     """Thousands of steps would take minutes to fit."""
     speeds = [40 + k % 20 for k in range(3000)]
     rows = [f"{k},{w},{20 + 20 * (k % 2)},{w * w},{w * w}" for k, w in enumerate(speeds)]
@@ -230,7 +230,7 @@ def test_a_command_without_rest_is_told(tmp_path: Path) -> None:
         KINDS["bench"].use(bench)
 
 
-def test_a_bench_that_rests_is_told(tmp_path: Path) -> None:
+def test_a_bench_that_rests_is_reported(tmp_path: Path) -> None:
     """All speeds zero, beside a command or another speed that is not."""
     for names in ("speed_Hz,command_Hz", "speed_Hz,speed_rpm", "speed_rpm,speed_Hz"):
         rows = [f"{0.1 * k},0.0,{10 + k},1.0,0.1" for k in range(20)]

@@ -178,7 +178,7 @@ def test_axis_is_normalised_within_one_percent() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         ({"duration": 0.0}, "duration is 0.0, but it must be from 1e-6 to 1e6"),
         ({"duration": math.nan}, "duration is nan, but it must be finite"),
@@ -187,8 +187,8 @@ def test_axis_is_normalised_within_one_percent() -> None:
         ({"duration": 1.0, "rotation_angle": "far"}, 'rotation_angle is "far", but it must be nu'),
     ],
 )
-def test_segments_that_cannot_be(arguments: dict[str, Any], told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_segments_that_cannot_be(arguments: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         Segment(**arguments)
 
 
@@ -309,7 +309,7 @@ def test_csv_of_poses(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "expected"),
     [
         ("", "line 1, column time_s is missing, but it must be there"),
         ("0,0,0,1\n1,0,0,1\n", "line 1, column time_s is missing"),
@@ -344,13 +344,13 @@ def test_csv_of_poses(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_csv_that_cannot_be_used(tmp_path: Path, text: str, told: str) -> None:
+def test_csv_that_cannot_be_used(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / "poses.csv"
     path.write_text(text)
     with pytest.raises(ScenarioError) as caught:
         SampledReference.from_csv(path)
     sentence = str(caught.value)
-    assert sentence.startswith(f"{path}: {told}")
+    assert sentence.startswith(f"{path}: {expected}")
     assert "\n" not in sentence
 
 
@@ -363,7 +363,7 @@ def test_csv_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "expected"),
     [
         (([0.0], [[0, 0, 0]]), "times is"),
         (([0.0, 1.0], [[0, 0, 0]]), "positions is"),
@@ -372,6 +372,6 @@ def test_csv_that_cannot_be_read(tmp_path: Path) -> None:
         (([0.0, 1.0], np.full((2, 3), np.inf)), "sample 0, column x_m is inf"),
     ],
 )
-def test_samples_that_cannot_be(arguments: tuple[Any, ...], told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_samples_that_cannot_be(arguments: tuple[Any, ...], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         SampledReference(*arguments)

@@ -228,7 +228,7 @@ def test_tables_of_a_run(hover: om.Run) -> None:
     assert "velocity 1 cm/s" in plant["measurement noise"]
 
 
-def test_every_effect_of_a_plant_is_told(hover: om.Run) -> None:
+def test_every_effect_of_a_plant_is_reported(hover: om.Run) -> None:
     from omnimorph.simulation.effects import EFFECTS
 
     content = json.loads(hover.provenance.scenario_text)

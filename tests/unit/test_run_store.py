@@ -139,8 +139,8 @@ def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) ->
         assert file.attrs["schema_version"] == 1
         thrust, tilt = file["thrust"][...], file["tilt"][...]
     run = load_run(older)
-    told = "c28e854664b58d3b4722470e6f73fe433e36726100ce211d76e795db0cb6b719"
-    assert run.provenance.content_hash == told
+    reported = "c28e854664b58d3b4722470e6f73fe433e36726100ce211d76e795db0cb6b719"
+    assert run.provenance.content_hash == reported
     np.testing.assert_array_equal(run.thrust_command, thrust)
     np.testing.assert_array_equal(run.tilt_actual, tilt)
     assert np.ptp(thrust) > 0.1

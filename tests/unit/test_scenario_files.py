@@ -244,8 +244,8 @@ def test_parts_that_do_not_exist(tmp_path: Path, old: str, new: str, near: str) 
 def test_pose_tables_are_checked(tmp_path: Path, poses: str | None, problem: str) -> None:
     if poses is not None:
         (tmp_path / "poses.csv").write_text(poses)
-    told_of = "mine.toml" if poses is None else "poses.csv"
-    error = refusal(tmp_path, TOP + SAMPLES, told_of)
+    reported_of = "mine.toml" if poses is None else "poses.csv"
+    error = refusal(tmp_path, TOP + SAMPLES, reported_of)
     assert f"{tmp_path / 'poses.csv'}: " in str(error)
     assert problem in str(error)
 

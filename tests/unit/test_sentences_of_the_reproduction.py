@@ -108,7 +108,7 @@ def test_the_summary_counts_and_names_what_it_says() -> None:
     assert f"by {100.0 * largest:.1f} percentage points" in points["The tilt."]
 
 
-def test_what_is_an_artefact_is_told_with_its_numbers() -> None:
+def test_what_is_an_artefact_is_reported_with_its_numbers() -> None:
     perfect = FLIGHTS.perfect[A].metrics
     assert perfect is not None
     ours, theirs = perfect.drag_energy_paper, claimed("drag_energy_a")
@@ -239,14 +239,14 @@ def flights_at_known_tilts() -> tuple[PaperFlights, FloatArray]:
     return replace(FLIGHTS, runs={A: changed, B: changed}), tilt[time >= 5.0]
 
 
-def test_the_tilt_is_told_by_what_is_flown() -> None:
+def test_the_tilt_is_reported_by_what_is_flown() -> None:
     flights, late = flights_at_known_tilts()
     of_b = ANSWERS["tilt_of_case_b"](flights)
     assert numbers_of(of_b.found) == ["10", f"{(20 + 20 + 22) / 3:.0f}", "30"]
     assert of_b.holds is True
     of_a = ANSWERS["tilt_of_case_a"](flights)
-    told = [5.0, late.min(), late.max(), late.mean(), 60.0]
-    assert numbers_of(of_a.found) == [f"{one:.0f}" for one in told]
+    reported = [5.0, late.min(), late.max(), late.mean(), 60.0]
+    assert numbers_of(of_a.found) == [f"{one:.0f}" for one in reported]
     assert of_a.holds is False
 
 
@@ -282,12 +282,12 @@ def test_losses_are_judged_by_both_criteria_at_both_limits() -> None:
     judged = {one.claim.key: one for one in degraded._judge(losses)}
     for key in ("a_survives", "b_fails", "b_survives"):
         rows = [one for one in losses if one.key == key]
-        told = [
+        reported = [
             f"at ±{one.speed_limit / TURN:.0f} Hz {kept(one.flown, NOT_LOST)} of {len(one.flown)} "
             f"are not lost, {kept(one.flown, POSE_KEPT)} keep the pose"
             for one in rows
         ]
-        assert judged[key].found == "; ".join(told)
+        assert judged[key].found == "; ".join(reported)
     held = [one for one in losses if 2 * kept(one.flown, NOT_LOST) >= len(one.flown)]
     assert 0 < len(held) < len(losses)
     metrics = ("position_error_mean_m", "attitude_error_paper")

@@ -156,9 +156,9 @@ def test_steps_and_periods_of_a_plant() -> None:
 
 @pytest.mark.parametrize("kind", EFFECTS)
 def test_numbers_of_an_effect_have_their_units(kind: str) -> None:
-    numbers, told = EFFECTS[kind]
+    numbers, reported = EFFECTS[kind]
     shown = rows_of_plant({"kind": kind, **numbers})[kind.replace("-", " ")]
-    for words in told:
+    for words in reported:
         assert words in shown
 
 
@@ -181,7 +181,7 @@ def per_Hz2(coefficient: FloatArray) -> str:
 
 
 def test_every_field_of_a_vehicle_has_its_unit() -> None:
-    told = {
+    reported = {
         "time_constant_up": "21 ms",
         "time_constant_down": "34 ms",
         "speed_min": "−160 Hz",
@@ -198,13 +198,13 @@ def test_every_field_of_a_vehicle_has_its_unit() -> None:
         "spin_inertia": f"{number(OMNIMORPH.spin_inertia[0])} kg m²",
     }
     source = next(iter(OMNIMORPH.sources.values()))
-    sourced = MARKED.replace(sources={**MARKED.sources, **dict.fromkeys(told, source)})
-    rows = source_table(sourced, "", list(told)).rows
-    assert {row[0]: row[1] for row in rows} == {k.replace("_", " "): v for k, v in told.items()}
+    sourced = MARKED.replace(sources={**MARKED.sources, **dict.fromkeys(reported, source)})
+    rows = source_table(sourced, "", list(reported)).rows
+    assert {row[0]: row[1] for row in rows} == {k.replace("_", " "): v for k, v in reported.items()}
     assert {row[2] for row in rows} == {source.text}
 
 
-def test_every_segment_of_a_trajectory_is_told_at_its_time() -> None:
+def test_every_segment_of_a_trajectory_is_reported_at_its_time() -> None:
     segments = [
         {"duration_s": 2.0, "move_m": [0.0, 0.0, 1.5]},
         {"duration_s": 3.5},
@@ -232,23 +232,23 @@ def compared() -> list[Compared]:
 
 def test_cells_of_a_comparison_are_its_data() -> None:
     data = comparison_data(compared())["vehicles"]
-    for shown, flown, told in zip(
+    for shown, flown, reported in zip(
         platform_table(compared()).rows, flight_table(compared()).rows, data, strict=True
     ):
         keys = ("radius_over_weight", "lateral_over_weight", "hover_power_W_per_kg")
-        numbers = [number(told[key], 3) for key in ("mass_kg", *keys)]
-        counts = [str(told["rotors"]), str(told["servos"])]
-        assert shown[:-1] == [told["vehicle"], *counts, *numbers]
-        assert told["actuation"] in shown[-1]
-        assert told["thrust"] in shown[-1]
-        flight = told["flight"]
+        numbers = [number(reported[key], 3) for key in ("mass_kg", *keys)]
+        counts = [str(reported["rotors"]), str(reported["servos"])]
+        assert shown[:-1] == [reported["vehicle"], *counts, *numbers]
+        assert reported["actuation"] in shown[-1]
+        assert reported["thrust"] in shown[-1]
+        flight = reported["flight"]
         assert flown == [
-            told["vehicle"],
-            told["outcome"],
+            reported["vehicle"],
+            reported["outcome"],
             number(1e3 * flight["position_error_mean_m"], 3),
             number(1e3 * flight["position_error_max_m"], 3),
             number(np.degrees(flight["attitude_error_mean_rad"]), 3),
-            number(flight["drag_energy_J"] / told["mass_kg"], 4),
+            number(flight["drag_energy_J"] / reported["mass_kg"], 4),
         ]
 
 
@@ -256,17 +256,17 @@ def test_panels_of_a_comparison_are_its_data() -> None:
     data = comparison_data(compared())["vehicles"]
     panels = panels_of(_draw_numbers(compared()))
     expected = {
-        "radius": [told["radius_over_weight"] for told in data],
-        "sideways": [told["lateral_over_weight"] for told in data],
-        "hover": [told["hover_power_W_per_kg"] for told in data],
-        "position error": [1e3 * told["flight"]["position_error_mean_m"] for told in data],
+        "radius": [reported["radius_over_weight"] for reported in data],
+        "sideways": [reported["lateral_over_weight"] for reported in data],
+        "hover": [reported["hover_power_W_per_kg"] for reported in data],
+        "position error": [1e3 * reported["flight"]["position_error_mean_m"] for reported in data],
     }
     for panel, (name, values) in zip(panels, expected.items(), strict=True):
         assert panel.get_xlabel().replace("\n", " ").startswith(name)
         dots = next(line for line in panel.lines if line.get_marker() == "o")
         np.testing.assert_array_equal(xy(dots), np.column_stack([values, range(len(data))]))
     rows = [tick.get_text() for tick in panels[0].get_yticklabels()]
-    assert rows == [told["vehicle"] for told in data]
+    assert rows == [reported["vehicle"] for reported in data]
 
 
 def test_a_comparison_flies_with_its_seed() -> None:

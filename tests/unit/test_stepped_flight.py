@@ -119,7 +119,7 @@ def test_a_push_moves_it_as_its_impulse_says() -> None:
     assert gained == pytest.approx(20.0 * period / free.vehicle.mass, rel=1e-3)
 
 
-def test_what_was_done_is_told_in_the_provenance() -> None:
+def test_what_was_done_is_reported_in_the_provenance() -> None:
     flight = flown(SteppedFlight(HOVER), until=0.1)
     flight.set_effectiveness(np.full(N, 0.9))
     flight.note("push", force_N=[1.0, 0.0, 0.0], duration_s=0.2)

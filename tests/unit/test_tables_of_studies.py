@@ -61,18 +61,18 @@ def test_hypotheses_and_what_speaks_against_them() -> None:
         rows.append([one.label, *cells, f"{near} of 6", standing])
         a, b = (mean(one.flown[name], "position_error_mean_m") for name in (A, B))
         third, second = (mean(one.flown[name], "attitude_error_paper") for name in (W3, B))
-        told = [said] if said else []
+        reported = [said] if said else []
         if third > second:
-            told.append("‖e_R‖ of the third flight is above Case B's, and the paper's is below")
+            reported.append("‖e_R‖ of the third flight is above Case B's, and the paper's is below")
         off = [
             mean(one.flown[name], "drag_energy_paper") / (CLAIMS[f"drag_energy_{case}"].value or 0)
             for name, case in ((A, "a"), (B, "b"))
         ]
         energies = " and ".join(f"{100.0 * share - 100.0:+.0f} %" for share in off)
-        told.append(f"energies {energies} off the paper's in Cases A and B".replace("-", "−"))
-        against.append([one.label, number(b / a, 2), "; ".join(told)])
+        reported.append(f"energies {energies} off the paper's in Cases A and B".replace("-", "−"))
+        against.append([one.label, number(b / a, 2), "; ".join(reported)])
         data = one.as_dict()
-        assert (data["explained"], data["objections"]) == (near, told)
+        assert (data["explained"], data["objections"]) == (near, reported)
         assert data["ratio_of_position_errors"] == pytest.approx(b / a)
     assert_rows(
         table("hypotheses", found),
@@ -128,7 +128,7 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
     found = made_up_results().degraded
     data = found.as_dict()
     rows = []
-    for one, told in zip(found.frontiers, data["frontiers"], strict=True):
+    for one, reported in zip(found.frontiers, data["frontiers"], strict=True):
         low, high = one.bracket
         rows.append(
             [
@@ -139,11 +139,11 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
                 f"{100.0 * one.physical_limit:.1f}",
             ]
         )
-        assert told["bracket"] == [low, high]
-        assert told["survived"] == [[x, *one.survived[x]] for x in (0.2, 0.4, 0.6)]
-        assert (told["criterion"], told["kind"]) == (one.criterion, one.kind)
-        assert told["physical_limit"] == one.physical_limit
-        assert told["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
+        assert reported["bracket"] == [low, high]
+        assert reported["survived"] == [[x, *one.survived[x]] for x in (0.2, 0.4, 0.6)]
+        assert (reported["criterion"], reported["kind"]) == (one.criterion, one.kind)
+        assert reported["physical_limit"] == one.physical_limit
+        assert reported["speed_limit_Hz"] == pytest.approx(one.speed_limit / TURN)
     assert_rows(
         table("frontier", found),
         rows,
@@ -158,8 +158,8 @@ def test_frontiers_and_dead_rotors_and_their_data() -> None:
         for (name, criterion), shares in found.dead.items()
     ]
     assert_rows(table("dead", found), dead, "", *(f"rotor {k}" for k in range(8)))
-    told = [(one["scenario"], one["criterion"], one["shares"]) for one in data["dead_rotor"]]
-    assert told == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
+    reported = [(one["scenario"], one["criterion"], one["shares"]) for one in data["dead_rotor"]]
+    assert reported == [(*key, [list(one) for one in shares]) for key, shares in found.dead.items()]
     expected = ("Case A with 35 % less", "Case B with 35 % less", "Case B with 30 % less")
     healthy = "Errors with less thrust (solid) beside the healthy flights (dotted): "
     assert f"{healthy}{', '.join(expected)}." in text_of(made_up_page())
@@ -173,7 +173,7 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
     found = made_up_results().tilt_choice
     data = found.as_dict()
     rows = []
-    for one, told in zip(found.choices, data["choices"], strict=True):
+    for one, reported in zip(found.choices, data["choices"], strict=True):
         row = [one.label]
         for name in (A, B):
             flights = one.flown[name]
@@ -183,10 +183,12 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
                 shown(flights, "tilt_mean_deg"),
                 shown(flights, "position_error_mean_m", 1e3),
             ]
-            assert told[name]["relative_to_lower_bound"] == pytest.approx(above_the_bound(flights))
+            assert reported[name]["relative_to_lower_bound"] == pytest.approx(
+                above_the_bound(flights)
+            )
             for metric in ("drag_energy_paper", "tilt_mean_deg", "position_error_mean_m"):
                 expected = values_of(flights, metric).mean()
-                assert told[name][metric]["mean"] == pytest.approx(expected)
+                assert reported[name][metric]["mean"] == pytest.approx(expected)
         rows.append(row)
     tilt = float(np.degrees(np.mean(found.lower_bound.tilt)))
     rows.append(["lower bound", *2 * [number(bound_J() / TURN), "", number(tilt, 3), ""]])
@@ -210,12 +212,12 @@ def test_methods_to_choose_the_tilt_and_their_data() -> None:
 def test_gaps_and_their_data() -> None:
     found = made_up_results().tilt_choice
     rows = []
-    for one, told in zip(found.gaps, found.as_dict()["gaps"], strict=True):
+    for one, reported in zip(found.gaps, found.as_dict()["gaps"], strict=True):
         above = float(np.mean(one.gap > 0.01))
         median = float(np.quantile(one.gap, 0.5))
         words = f"{WORDS[one.scenario]}, {one.span}"
         rows.append([words, number(100.0 * median, 2), f"{100.0 * above:.1f}"])
-        assert told == {
+        assert reported == {
             "scenario": one.scenario,
             "span": one.span,
             "median": pytest.approx(median),

@@ -201,12 +201,12 @@ def test_ablation_and_its_data() -> None:
         "‖e_R‖, mean",
     )
     data = found.as_dict()
-    for one, told in zip(found.conditions, data["conditions"], strict=True):
-        assert (told["group"], told["label"]) == (one.group, one.label)
+    for one, reported in zip(found.conditions, data["conditions"], strict=True):
+        assert (reported["group"], reported["label"]) == (one.group, one.label)
         for name in (A, B):
             for metric in SHOWN:
                 expected = values_of(one.flown[name], metric)
-                assert told[name][metric]["mean"] == pytest.approx(expected.mean())
+                assert reported[name][metric]["mean"] == pytest.approx(expected.mean())
     assert data["lag"]["attitude_error"] == pytest.approx(0.21 * 13.0 / 43.0)
     assert data["lag"]["position_error_m"] == pytest.approx(0.31 * 1.7 / 43.0)
 

@@ -40,12 +40,12 @@ def test_an_index_of_numpy_is_a_rotor() -> None:
 
 
 @pytest.mark.parametrize(
-    ("tilt", "told"),
+    ("tilt", "expected"),
     [(50.0, "tilt is .*, but it must be from 0° to 60°"), ([0.0, 0.0], "one finite angle"),
      (np.nan, "one finite angle"), ("up", "one finite angle")],
 )  # fmt: skip
-def test_no_such_tilt(tilt: Any, told: str) -> None:
-    with pytest.raises(VehicleError, match=told):
+def test_no_such_tilt(tilt: Any, expected: str) -> None:
+    with pytest.raises(VehicleError, match=expected):
         stand(tilt=tilt)
 
 
@@ -65,7 +65,7 @@ def test_effects_that_a_bolted_vehicle_cannot_feel(effect: effects.Effect) -> No
 
 
 @pytest.mark.parametrize(
-    ("kinds", "told"),
+    ("kinds", "expected"),
     [
         ((effects.Interference(), effects.Interference()), "only once"),
         ((effects.Effectiveness(share=(1.0, 1.0)),), "one for each of the 8 rotors"),
@@ -74,8 +74,8 @@ def test_effects_that_a_bolted_vehicle_cannot_feel(effect: effects.Effect) -> No
         (3, "a sequence of effects"),
     ],
 )
-def test_effects_that_do_not_fit(kinds: Any, told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_effects_that_do_not_fit(kinds: Any, expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         stand(effects=kinds)
 
 
@@ -85,7 +85,7 @@ def test_interference_needs_rotors_in_line() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"time": []}, "time is .*, but it must be a row of finite numbers"),
         ({"time": 0.0}, "a row of finite numbers"),
@@ -102,13 +102,13 @@ def test_interference_needs_rotors_in_line() -> None:
         ({"duration": "long"}, "one finite number"),
     ],
 )
-def test_profiles_that_are_none(changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_profiles_that_are_none(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         profile(**changes)
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"step": 0.0}, "step is 0.0, but it must be a positive number"),
         ({"step": np.nan}, "a positive number"),
@@ -118,13 +118,13 @@ def test_profiles_that_are_none(changes: dict[str, Any], told: str) -> None:
         ({"held": np.nan}, "rows of finite numbers"),
     ],
 )
-def test_steps_that_are_none(changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_steps_that_are_none(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         om.speed_steps(VEHICLE, 4, **changes)
 
 
 @pytest.mark.parametrize(
-    ("changes", "told"),
+    ("changes", "expected"),
     [
         ({"speed": np.zeros((2, 4))}, "number of columns of speed is 4, .* each of the 8 rotors"),
         ({"time": [0.0, 1e-5], "duration": 1e-4}, "duration is 0.0001, .* from one sample to"),
@@ -133,8 +133,8 @@ def test_steps_that_are_none(changes: dict[str, Any], told: str) -> None:
         ({"speed": np.full((2, 8), 1e150)}, "largest thrust is .* small enough to compute with"),
     ],
 )
-def test_profiles_that_cannot_be_run(changes: dict[str, Any], told: str) -> None:
-    with pytest.raises(ScenarioError, match=told):
+def test_profiles_that_cannot_be_run(changes: dict[str, Any], expected: str) -> None:
+    with pytest.raises(ScenarioError, match=expected):
         stand().measure(profile(**changes))
 
 
@@ -148,12 +148,12 @@ def test_speeds_beyond_the_limits() -> None:
     speed = np.zeros((2, 8))
     speed[1, 3] = -170.0 * TURN
     limited = stand(effects=(effects.SpeedLimits(),))
-    told = r'speed\[1\]\[3\] is "-170 Hz", .* from -169.563 to 169.563 Hz, .* rotor 3 turn'
-    with pytest.raises(ScenarioError, match=told):
+    reported = r'speed\[1\]\[3\] is "-170 Hz", .* from -169.563 to 169.563 Hz, .* rotor 3 turn'
+    with pytest.raises(ScenarioError, match=reported):
         limited.measure(profile(speed=speed))
     with pytest.raises(ScenarioError, match="from -100 to 100 Hz"):
         stand(effects=(effects.SpeedLimits(largest=100.0 * TURN),)).measure(profile(speed=speed))
-    # at the limit, and without limits, a rotor turns as it is told
+    # at the limit, and without limits, a rotor turns as it is commanded
     highest = profile(speed=np.tile(VEHICLE.speed_max, (2, 1)))
     np.testing.assert_allclose(limited.measure(highest).speed[-1], VEHICLE.speed_max, rtol=1e-12)
     assert stand().measure(profile(speed=speed)).speed[-1, 3] == pytest.approx(-170.0 * TURN)

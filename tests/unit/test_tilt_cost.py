@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.physics.small_vehicles import random_tilting_vehicle
-from tests.unit.tilt_searches import CASE_A, WEIGHTS, costs_told, random_step
+from tests.unit.tilt_searches import CASE_A, WEIGHTS, costs_shown, random_step
 
 import omnimorph as om
 from omnimorph.control.rules import RULES
@@ -37,7 +37,9 @@ def test_costs_are_those_of_the_textbook(vehicle: Vehicle, case: str) -> None:
     generator = np.random.default_rng(1)
     steps = [random_step(generator, vehicle) for _ in range(12)]
     tilts = generator.uniform(0.0, np.pi / 3.0, (12, 7))  # 7: a pack of four and one not full
-    told = [costs_told(vehicle, case, step, row) for step, row in zip(steps, tilts, strict=True)]
+    reported = [
+        costs_shown(vehicle, case, step, row) for step, row in zip(steps, tilts, strict=True)
+    ]
     costs = om.cost_over_tilt(
         vehicle,
         om.FixedTilt(**WEIGHTS[case]),
@@ -47,7 +49,7 @@ def test_costs_are_those_of_the_textbook(vehicle: Vehicle, case: str) -> None:
         tilts,
     )
     assert costs.shape == (12, 7)
-    np.testing.assert_allclose(costs, told, rtol=1e-10)
+    np.testing.assert_allclose(costs, reported, rtol=1e-10)
 
 
 @pytest.mark.parametrize("n", [1, 4, 5, 6, 8, 12, 18])
@@ -65,7 +67,7 @@ def test_any_number_of_rotors(n: int) -> None:
         [step.thrust],
         [tilts],
     )
-    np.testing.assert_allclose(costs[0], costs_told(vehicle, "b", step, tilts), rtol=1e-9)
+    np.testing.assert_allclose(costs[0], costs_shown(vehicle, "b", step, tilts), rtol=1e-9)
 
 
 def test_the_kind_of_rule_does_not_count_and_steps_do_not_touch_one_another(

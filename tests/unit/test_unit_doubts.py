@@ -82,7 +82,7 @@ CASES = [
 ]
 
 
-def told(text: str) -> list[str]:
+def reported(text: str) -> list[str]:
     """Return what is said about a file."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -107,7 +107,7 @@ def with_slip(name: str, slip: str) -> str:
 
 @pytest.mark.parametrize(("name", "slip"), CASES)
 def test_a_slip_of_a_unit_is_named(name: str, slip: str) -> None:
-    found = told(with_slip(name, slip))
+    found = reported(with_slip(name, slip))
     if slip == "tilt in rad" and not om.load_vehicle(name).n_servos:
         assert found == []
         return
@@ -172,9 +172,9 @@ def in_hertz(text: str) -> str:
 
 
 def test_a_nano_quadrotor_in_rpm_would_take_sixty_times_its_power() -> None:
-    assert told(in_hertz(QUADROTOR)) == []
+    assert reported(in_hertz(QUADROTOR)) == []
     assert hover(parse_vehicle(in_hertz(QUADROTOR), "x"), []).power == pytest.approx(10.1, abs=0.1)
-    (sentence,) = told(QUADROTOR)
+    (sentence,) = reported(QUADROTOR)
     assert sentence == (
         "x.toml: rotor_defaults.speed_max_Hz is 24000.0: the largest propellers that fit between "
         "the hubs, of 31.2 mm radius, have tips at 4705 m/s, and only below 1.99 mm do they stay "
@@ -191,7 +191,7 @@ def test_limits_given_as_thrusts_leave_the_coefficient_in_doubt() -> None:
     text = text.replace("speed_max_Hz = 24000.0", "thrust_max_N = 0.15")
     text = text.replace("rotor.speed_min_Hz", "rotor.thrust_min_N")
     text = text.replace("rotor.speed_max_Hz", "rotor.thrust_max_N")
-    (sentence,) = told(text)
+    (sentence,) = reported(text)
     assert "rotor_defaults.thrust_coefficient_N_per_Hz2 is 2.63e-10: the largest" in sentence
     assert sentence.endswith("like N/rpm² and drag_coefficient_Nm_per_Hz2 like N m/rpm².")
 
@@ -295,7 +295,7 @@ def test_pairs_on_one_axis_are_questioned_as_other_vehicles(factor: float) -> No
 @pytest.mark.parametrize("kind", KINDS)
 def test_templates_are_not_questioned(kind: Any) -> None:
     for rotors in range(6, 19, 2):
-        assert told(new_vehicle_text("mine", rotors, kind)) == []
+        assert reported(new_vehicle_text("mine", rotors, kind)) == []
 
 
 def test_a_vehicle_too_heavy_or_odd_without_another_unit_is_not_questioned() -> None:

@@ -106,9 +106,9 @@ def assert_as_alone(flights: om.Flights, row: int, scenario: om.Scenario) -> om.
     assert_metrics(flights, row, alone)
     assert run.vehicle.mass == alone.vehicle.mass
     assert run.provenance.vehicle_text == alone.provenance.vehicle_text
-    told = dict(run.provenance.scenario)
-    assert told.pop("vary", {}).keys() == flights.varied.keys()
-    assert told == alone.provenance.scenario
+    reported = dict(run.provenance.scenario)
+    assert reported.pop("vary", {}).keys() == flights.varied.keys()
+    assert reported == alone.provenance.scenario
     return alone
 
 

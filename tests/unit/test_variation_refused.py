@@ -107,8 +107,8 @@ def test_what_cannot_vary_is_refused_in_one_sentence(vary: dict[Any, Any], sente
 
 
 def test_a_refusal_names_the_flight_by_its_number() -> None:
-    told = refusal(HOVER, {"truth.mass": [1.3, 1.4, -1.0]}, n=3, first=70)
-    assert told.startswith("vary, flight 72: ")
+    reported = refusal(HOVER, {"truth.mass": [1.3, 1.4, -1.0]}, n=3, first=70)
+    assert reported.startswith("vary, flight 72: ")
 
 
 @pytest.mark.parametrize("path", [path for path in SHARED if path in EVERY_PATH])
@@ -126,9 +126,10 @@ def test_nothing_that_a_batch_shares_slips_through(
                 "plant.command-delay.time": 5e-3,
                 "controller.allocator.candidates": 7.0,
             }.get(path, 0.9 * own + 0.02)
-            told = refusal(scenario, {path: np.stack([own, np.array(other)])})
+            reported = refusal(scenario, {path: np.stack([own, np.array(other)])})
             assert (
-                f"vary, flights 0 and 1: {path} cannot vary so, because the core has one" in told
+                f"vary, flights 0 and 1: {path} cannot vary so, because the core has one"
+                in reported
             ), name
 
 
@@ -137,8 +138,10 @@ def test_which_rotors_are_in_line_is_shared() -> None:
     path = "truth.rotor_position[0][0]"
     where = value_at(OTHERS["wakes"], path)
     assert isinstance(where, float)
-    told = refusal(OTHERS["wakes"], {path: [where, where + 0.5]})
-    assert "cannot vary so, because all flights of a batch share which rotors are in line" in told
+    reported = refusal(OTHERS["wakes"], {path: [where, where + 0.5]})
+    assert (
+        "cannot vary so, because all flights of a batch share which rotors are in line" in reported
+    )
     flights = om.fly_many(OTHERS["wakes"], 2, vary={path: [where, where + 1e-4]}, keep="all")
     assert_as_alone(flights, 1, replaced(OTHERS["wakes"], {path: where + 1e-4}))
 
@@ -148,8 +151,8 @@ def test_weights_are_alike_in_all_directions_or_not(other: float) -> None:
     """If not, the core looks at accelerations in W, in all lanes, and rounds otherwise."""
     path = "controller.allocator.W2_position"
     alike, not_alike = [3e4] * 3, [3e4, other, 2.8e4]
-    told = refusal(HOVER, {path: [alike, [3e4, 3e4, other]]})
-    assert "W2_position weighs all directions alike either in all flights" in told
+    reported = refusal(HOVER, {path: [alike, [3e4, 3e4, other]]})
+    assert "W2_position weighs all directions alike either in all flights" in reported
     flights = om.fly_many(HOVER, 2, vary={path: [not_alike, [3e4, 2.9e4, 2.9e4]]}, keep="all")
     assert_as_alone(flights, 0, replaced(HOVER, {path: not_alike}))
 
@@ -160,8 +163,8 @@ def test_the_attitude_gives_way_in_all_flights_or_in_none() -> None:
     masses = [scenario.vehicle.mass, 2.0 * scenario.vehicle.mass]
     forces = [replaced(scenario, {"vehicle.mass": mass}).lateral_force for mass in masses]
     assert [force == np.inf for force in forces] == [True, False]
-    told = refusal(scenario, {"vehicle.mass": masses})
-    assert "the attitude gives way either in all flights of a batch or in none" in told
+    reported = refusal(scenario, {"vehicle.mass": masses})
+    assert "the attitude gives way either in all flights of a batch or in none" in reported
 
 
 @pytest.mark.parametrize("path", [Path("truth.mass"), b"truth.mass", None, 3])

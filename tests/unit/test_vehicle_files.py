@@ -90,7 +90,7 @@ def test_units_and_defaults() -> None:
     np.testing.assert_array_equal(vehicle.filter_cutoff, np.zeros(4))
 
 
-def test_sources_are_told_by_attribute() -> None:
+def test_sources_are_reported_by_attribute() -> None:
     vehicle = parse_vehicle(TEXT, "two.toml")
     assert dict(vehicle.sources) == {
         "mass": Source("weighed", assumed=False),

@@ -84,13 +84,13 @@ def test_blades_turn_in_the_sense_of_the_rotor_and_no_faster_than_once_a_second(
 
 def test_numbers_are_exact_to_their_last_digit(flight: Flight) -> None:
     frame = flight.frame(500)
-    told = {row.key: row.values[0] for row in numbers_of([flight], [frame])}
-    assert told["time"] == "0.500"
-    assert told["tilt"] == f"{np.degrees(flight.run.tilt_actual[500, 0]):.2f}"
-    assert told["power"] == f"{flight.run.drag_power[500]:.1f}"
+    reported = {row.key: row.values[0] for row in numbers_of([flight], [frame])}
+    assert reported["time"] == "0.500"
+    assert reported["tilt"] == f"{np.degrees(flight.run.tilt_actual[500, 0]):.2f}"
+    assert reported["power"] == f"{flight.run.drag_power[500]:.1f}"
 
 
-def test_saturated_rotors_and_missed_force_are_told(flight: Flight) -> None:
+def test_saturated_rotors_and_missed_force_are_reported(flight: Flight) -> None:
     calm = flight.frame(500)._replace(active=np.zeros(8), missed_W=np.zeros(3))
     assert "limit" not in notices([flight], [calm])
     assert "not achieved" not in notices([flight], [calm])
@@ -209,16 +209,18 @@ def test_sliders_scale_as_physics_does() -> None:
 
 def test_numbers_of_a_design_are_those_of_the_analysis() -> None:
     tilt = np.radians([50.0])
-    told = {row.key: row.values[0] for row in numbers_of_design(Design.of(OMNIMORPH, tilt).view())}
+    reported = {
+        row.key: row.values[0] for row in numbers_of_design(Design.of(OMNIMORPH, tilt).view())
+    }
     forces = om.analysis.force_set(OMNIMORPH, tilt, zero_moment=True)
-    assert told["force-radius"] == f"{forces.inscribed_radius:.4g}"
-    assert told["hover-power"] == f"{om.analysis.hover(OMNIMORPH, tilt).power:.4g}"
-    assert told["rank"] == "6"
-    assert told["hovers"] == "all"
+    assert reported["force-radius"] == f"{forces.inscribed_radius:.4g}"
+    assert reported["hover-power"] == f"{om.analysis.hover(OMNIMORPH, tilt).power:.4g}"
+    assert reported["rank"] == "6"
+    assert reported["hovers"] == "all"
     # by symmetry several directions are as weak: the number beside the one shown
     normals, offsets = forces.normals, forces.offsets
     weakest = normals[offsets < forces.inscribed_radius * (1.0 + 1e-6)]
-    shown, count = told["weakest"].split("; one of ")
+    shown, count = reported["weakest"].split("; one of ")
     assert int(count) == len(weakest) > 1
     assert np.abs(weakest - np.array(shown.split(", "), float)).max(axis=1).min() < 0.006
 
@@ -306,7 +308,7 @@ def test_what_only_begins_like_loopback_is_none(host: str) -> None:
     assert not is_loopback(host)
 
 
-def test_no_browser_is_told_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_browser_is_reported_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("OMNIMORPH_BROWSER", raising=False)
     with pytest.raises(InputError, match="install Chromium or Chrome"):
@@ -364,12 +366,12 @@ def test_a_video_by_ffmpeg_plays_as_long_as_it_should(tmp_path: Path) -> None:
     moving = [np.full((48, 64, 3), 8 * k, dtype=np.uint8) for k in range(30)]
     save_video(tmp_path / "t.mp4", moving, 20.0)
     asked = ["ffprobe", "-v", "error", "-show_entries", "format=duration", "-of", "csv=p=0"]
-    told = subprocess.run([*asked, str(tmp_path / "t.mp4")], capture_output=True, text=True)
-    assert float(told.stdout) == pytest.approx(1.5, abs=0.06), told.stderr
+    reported = subprocess.run([*asked, str(tmp_path / "t.mp4")], capture_output=True, text=True)
+    assert float(reported.stdout) == pytest.approx(1.5, abs=0.06), reported.stderr
 
 
 @pytest.mark.slow
-def test_what_ffmpeg_cannot_write_is_told_with_its_reason(tmp_path: Path) -> None:
+def test_what_ffmpeg_cannot_write_is_reported_with_its_reason(tmp_path: Path) -> None:
     odd = [np.zeros((7, 9, 3), dtype=np.uint8)] * 3
     with pytest.raises(InputError, match="ffmpeg could not write the video"):
         save_video(tmp_path / "t.mp4", odd, 20.0)

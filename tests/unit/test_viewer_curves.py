@@ -132,7 +132,7 @@ def test_the_row_shown_is_the_nearest(steps: float, row: int) -> None:
 def test_numbers_of_a_flight_are_those_of_its_row() -> None:
     row = 11
     frames = [flight.frame(row) for flight in FLIGHTS]
-    told = {one.key: one for one in numbers_of(FLIGHTS, frames)}
+    reported = {one.key: one for one in numbers_of(FLIGHTS, frames)}
     for k, flight in enumerate(FLIGHTS):
         run = flight.run
         distance = float(np.linalg.norm(run.p_WB[row] - run.desired_p_WB[row]))
@@ -148,8 +148,8 @@ def test_numbers_of_a_flight_are_those_of_its_row() -> None:
             "power": f"{run.drag_power[row]:.1f}",
             "missed-force": f"{missed_W:.3f}",
         }
-        assert {key: one.values[k] for key, one in told.items()} == expected
-    units = [told[key].unit for key in ("time", "position-error", "attitude-error", "power")]
+        assert {key: one.values[k] for key, one in reported.items()} == expected
+    units = [reported[key].unit for key in ("time", "position-error", "attitude-error", "power")]
     assert units == ["s", "mm", "°", "W"]
 
 
@@ -168,10 +168,10 @@ def test_numbers_of_a_design_are_those_of_the_analysis() -> None:
 
     tilt = np.radians([30.0])
     view = Design.of(OMNIMORPH, tilt).changed(mass=1.1 * OMNIMORPH.mass).view()
-    told = {row.key: row.values[0] for row in numbers_of_design(view)}
+    reported = {row.key: row.values[0] for row in numbers_of_design(view)}
     forces = om.analysis.force_set(view.vehicle, tilt, zero_moment=True)
-    assert told["force-radius"] == f"{forces.inscribed_radius:.4g}"
-    assert told["hover-power"] == f"{om.analysis.hover(view.vehicle, tilt).power:.4g}"
+    assert reported["force-radius"] == f"{forces.inscribed_radius:.4g}"
+    assert reported["hover-power"] == f"{om.analysis.hover(view.vehicle, tilt).power:.4g}"
 
 
 # --- live -----------------------------------------------------------------------------------------

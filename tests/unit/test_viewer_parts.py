@@ -248,10 +248,10 @@ def test_attitudes_of_the_sphere_begin_level_and_cover_it() -> None:
 
 def test_the_class_is_that_of_all_tilts_and_of_this_one() -> None:
     view = Design.of(OMNIMORPH, np.radians([0.0])).view()
-    told = [(row.key, row.values) for row in _class_rows(view)]
+    reported = [(row.key, row.values) for row in _class_rows(view)]
     everywhere, here = str(view.platform.vehicle_class), str(view.actuation.vehicle_class)
     assert everywhere != here
-    assert told == [("class", [everywhere]), ("kind", [here])]
+    assert reported == [("class", [everywhere]), ("kind", [here])]
     many = _class_rows(view._replace(platform=replace(view.platform, n_servos=4)))
     numbers = (view.platform.radius_over_weight, view.platform.lateral_over_weight)
     assert [row.values[0] for row in many] == [everywhere, *(f"{n:.3g}" for n in numbers), here]

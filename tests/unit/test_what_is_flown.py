@@ -1,4 +1,4 @@
-"""What stands under a label of the reproduction is what was flown: each flight is told by its job.
+"""What stands under a label of the reproduction is what was flown: each flight is known by its job.
 
 Nothing is flown here; jobs are answered with their number.
 """
@@ -57,7 +57,7 @@ def is_of(scenario: Scenario, name: str) -> bool:
         (scenario.allocator.W1, scenario.allocator.W3), weights, strict=True)]))  # fmt: skip
 
 
-def test_the_cases_can_be_told_apart() -> None:
+def test_the_cases_can_be_distinguished() -> None:
     for name in PAPER:
         assert [is_of(PAPER[other], name) for other in PAPER] == [one == name for one in PAPER]
 

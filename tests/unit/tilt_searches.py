@@ -68,7 +68,7 @@ def answer_of_rule(vehicle: Vehicle, rule: AllocationRule, period: float, step: 
     return controller.allocate(step.acceleration, step.state)
 
 
-def told_by_textbook(
+def flown_by_textbook(
     vehicle: Vehicle, case: str, step: ControlStep, tilt: float
 ) -> textbook.Allocation:
     """Return the best thrusts at one tilt as NumPy and DAQP find them."""
@@ -76,10 +76,10 @@ def told_by_textbook(
     return textbook.allocate(vehicle, np.array([tilt]), demand, step.thrust, TOLD[case])
 
 
-def costs_told(vehicle: Vehicle, case: str, step: ControlStep, tilts: ArrayLike) -> FloatArray:
+def costs_shown(vehicle: Vehicle, case: str, step: ControlStep, tilts: ArrayLike) -> FloatArray:
     """Return the costs of the best thrusts at many tilts as NumPy and DAQP find them."""
     angles = np.asarray(tilts).tolist()
-    return np.array([told_by_textbook(vehicle, case, step, tilt).cost for tilt in angles])
+    return np.array([flown_by_textbook(vehicle, case, step, tilt).cost for tilt in angles])
 
 
 def window_of(vehicle: Vehicle, tilt: float, epsilon: float, count: int) -> FloatArray:

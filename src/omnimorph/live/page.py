@@ -224,7 +224,7 @@ class LivePage:
     def _done_to_it(self) -> str:
         """Return what was done to the flight lately, and when."""
         lines = [
-            f"{event['time_s']:.2f} s: {_told(event)}"
+            f"{event['time_s']:.2f} s: {_sentence_of(event)}"
             for event in self.flight.notes.get("events", [])[-_EVENTS_SHOWN:]
         ]
         style = "padding:2px 12px;font-size:0.8rem;color:#555"
@@ -236,7 +236,7 @@ class LivePage:
         self._charts.show_time(flight.duration)
 
 
-def _told(event: dict[str, Any]) -> str:
+def _sentence_of(event: dict[str, Any]) -> str:
     """Return in words what was done to a flight."""
     if event["kind"] == "push":
         return f"pushed with {math.hypot(*event['force_N']):.1f} N"

@@ -36,7 +36,7 @@ def launch(command: list[str]) -> int:
             process_group=0,  # by which all that it starts is found
         )
         signal.signal(signal.SIGTERM, lambda number, frame: _signal(process.pid, number))
-        threading.Thread(target=_end_when_told, args=(process.pid,), daemon=True).start()
+        threading.Thread(target=_end_when_asked, args=(process.pid,), daemon=True).start()
         _, status, used = os.wait4(process.pid, 0)
         wall = time.perf_counter() - began
         process.returncode = os.waitstatus_to_exitcode(status)
@@ -48,7 +48,7 @@ def launch(command: list[str]) -> int:
     return process.returncode
 
 
-def _end_when_told(group: int) -> None:
+def _end_when_asked(group: int) -> None:
     os.read(sys.stdin.fileno(), 1)
     _signal(group, signal.SIGTERM)
     time.sleep(_PATIENCE)

@@ -13,7 +13,6 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -26,15 +25,16 @@ from omnimorph.arrays import as_numbers
 from omnimorph.control.controller import core_settings
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
-from omnimorph.protocols import Command, FloatArray, Log, State
+from omnimorph.model.stored_state import Storable
+from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.results.run import Outcome, Run
 from omnimorph.simulation.core_settings import core_settings_of, physics_steps
 from omnimorph.simulation.effects import Effectiveness
-from omnimorph.simulation.own_parts import FAILURES, PartFailed
+from omnimorph.simulation.own_parts import PartFailed
 from omnimorph.simulation.recording import OUTCOMES, FlownRows, Logs, as_run, bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
-from omnimorph.simulation.stages import NO_PUSH, Stages, six_numbers, steps_of
+from omnimorph.simulation.stages import NO_PUSH, Stages, at_steps_of, six_numbers
 from omnimorph.simulation.whole_number import whole_number
 
 __all__ = ["NO_PUSH", "Progress", "SteppedFlight"]
@@ -44,7 +44,7 @@ Progress = Callable[[float, float], None]
 _STEPS_BETWEEN_REPORTS = 2000
 
 
-class SteppedFlight:
+class SteppedFlight(Storable):
     """A flight under way, which can be pushed, damaged, commanded, logged, copied and stored.
 
     Left alone it is the flight that `fly` returns, to the last bit. `copy.copy` and `pickle` make a
@@ -80,6 +80,8 @@ class SteppedFlight:
     (0.004, False, 3)
     """
 
+    kind = "flight"
+
     def __init__(self, scenario: ScenarioLike, *, seed: int = 0, flight: int = 0) -> None:
         seed = whole_number("fly", "seed", seed, 64)
         flight = whole_number("fly", "flight", flight, 32)
@@ -100,7 +102,7 @@ class SteppedFlight:
         )
         parts = core_settings_of(scenario)
         self.steps, self.control_every = parts.steps, parts.control_every
-        self.core = _core.new_flight(
+        self.core = self._in_core = _core.new_flight(
             **parts.of_flight(), seed=self._seed, flight=self._flight, is_recorded=True
         )
         self._stages = Stages(self.core, parts, scenario, self._own)
@@ -196,8 +198,8 @@ class SteppedFlight:
         began = self.core.step
         try:
             if began < self.steps:
-                for logged in self._stages.decide(command, demand):
-                    self._log_all(logged)
+                for part, log in self._stages.decide(command, demand):
+                    self._logs.log_all(part, log, began // self.control_every)
             if not self.is_over:
                 self._stages.move(push)
         except PartFailed as failed:
@@ -248,16 +250,6 @@ class SteppedFlight:
         """
         self._logs.log(name, value, unit, -(-self.core.step // self.control_every))
 
-    def _log_all(self, logged: tuple[str, Log]) -> None:
-        """Log what a part of one's own wants recorded; what it may not ends the flight."""
-        part, log = logged
-        try:
-            for name, value in log.items():
-                pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
-                self.log(name, *(value if pair else (value,)))
-        except FAILURES as error:
-            raise PartFailed(part, error) from error
-
     def change_controller(self, scenario: ScenarioLike) -> None:
         """Go on with the controller of another scenario, from the last command.
 
@@ -300,34 +292,24 @@ class SteppedFlight:
         if shares.shape != (n,) or not (np.isfinite(shares) & (shares >= 0.0)).all():
             allowed = f"{n} shares of the thrust, finite and not negative"
             raise ScenarioError.at("the flight", "effectiveness", share, allowed)
-        if self.scenario.own.plant is not None:
+        if self._own.plant is not None:
             allowed = "left to the plant, which is written in Python"
             raise ScenarioError.at("the flight", "effectiveness", share, allowed)
-        self.core.set_effectiveness(shares * self._shares_of_plant())
-        self._shares = shares
-        self.note("effectiveness", share=shares.tolist())
-
-    def _shares_of_plant(self) -> FloatArray:
-        shares = np.ones(self.scenario.vehicle.n_rotors)
+        of_plant = np.ones(n)
         for effect in self.scenario.plant.effects:
             if isinstance(effect, Effectiveness):
-                shares *= effect.share
-        return shares
-
-    def stored_state(self) -> bytes:
-        """Return the state of the flight, from which the core goes on the same to the last bit.
-
-        The scenario, the reference, parts of one's own and what `set_effectiveness` or
-        `change_controller` did are not part of it, nor are the rows flown: `copy.copy` and `pickle`
-        keep all of that too.
-        """
-        return self.core.store()
+                of_plant *= effect.share
+        self.core.set_effectiveness(shares * of_plant)
+        self._shares = shares
+        self.note("effectiveness", share=shares.tolist())
 
     def restore(self, state: bytes) -> None:
         """Go on from a state that a flight of the same scenario has stored.
 
-        Of one like it (another mass, another noise) it goes on with the numbers of this flight.
-        Rows before it that this flight has not flown itself are NaN.
+        The scenario, the reference, parts of one's own, what `set_effectiveness` or
+        `change_controller` did and the rows flown are not part of it: `copy.copy` and `pickle` keep
+        all of that. Of a flight like it (another mass, another noise) it goes on with the numbers
+        of this one. Rows before it that this flight has not flown itself are NaN.
 
         Raises
         ------
@@ -345,22 +327,13 @@ class SteppedFlight:
         >>> branch.time == flight.time
         True
         """
-        if self.scenario.own.plant is not None:
+        if self._own.plant is not None:
             raise ScenarioError(
                 "the flight cannot be restored, because its plant is written in Python and its "
                 "state is not in what was stored; copy or pickle the flight instead."
             )
-        self._restore(state)
+        super().restore(state)
         self.note("restored")
-
-    def _restore(self, state: bytes) -> None:
-        try:
-            self.core.restore(memoryview(state).tobytes())
-        except (TypeError, ValueError) as problem:
-            allowed = "what a flight of the same scenario has stored"
-            raise ScenarioError(
-                f"the state of the flight cannot be used, because {problem}; it must be {allowed}."
-            ) from None
 
     def __getstate__(self) -> dict[str, Any]:
         rows = self.row + 1
@@ -368,7 +341,7 @@ class SteppedFlight:
             "scenario": self.scenario,
             "own": self._own,
             "noise": (self._seed, self._flight),
-            "core": self.core.store(),
+            "core": self.stored_state(),
             "columns": {name: column[:rows] for name, column in self.columns.items()},
             "notes": self.notes,
             "logs": self._logs,
@@ -385,7 +358,7 @@ class SteppedFlight:
             self.change_controller(controller_of)
         if shares is not None:
             self.set_effectiveness(shares)
-        self._restore(kept["core"])
+        super().restore(kept["core"])
         self.core.put_rows({name: np.array(rows) for name, rows in kept["columns"].items()})
         self.notes, self._logs = kept["notes"], kept["logs"]
         self._began = perf_counter() - kept["elapsed"]
@@ -420,12 +393,3 @@ class SteppedFlight:
             self._logs.columns(self.row + 1, self.control_every),
         )
         return as_run(self.scenario, flown, self.notes)
-
-
-def at_steps_of(engine: Any, scenario: Scenario) -> Scenario:
-    """Return a scenario at the time steps of an engine of one's own, if there is one."""
-    if engine is None:
-        return scenario
-    physics_step, control_period = steps_of(engine)
-    plant = replace(scenario.plant, physics_step=physics_step, control_period=control_period)
-    return replace(scenario, plant=plant)

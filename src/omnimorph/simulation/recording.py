@@ -15,14 +15,16 @@ from omnimorph.design.files import vehicle_text
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.machine.memory import refuse_more_than_memory
-from omnimorph.protocols import FloatArray
+from omnimorph.protocols import FloatArray, Log
 from omnimorph.reference.segments import SegmentReference
 from omnimorph.results.columns import sizes_of
 from omnimorph.results.logged import LoggedColumn, checked
 from omnimorph.results.record import names_taken
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.core_settings import physics_steps
+from omnimorph.simulation.own_parts import FAILURES, PartFailed
 from omnimorph.simulation.scenario import Scenario
+from omnimorph.version import __version__
 
 __all__ = ["OUTCOMES", "FlownRows", "Logs", "as_run", "bytes_of_a_row", "bytes_of_flights"]
 
@@ -87,7 +89,7 @@ def as_run(scenario: Scenario, flown: FlownRows, written: dict[str, Any]) -> Run
             flight=flown.flight,
             control_period=plant.control_period,
             physics_step=plant.physics_step,
-            version=_version(),
+            version=__version__,
         ),
         performance=Performance(
             wall_time=flown.wall_time,
@@ -100,12 +102,6 @@ def bytes_of_a_row(vehicle: Vehicle) -> int:
     """Return how much memory a row of a recorded flight takes."""
     sizes = sizes_of(vehicle)
     return 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)  # 8 for its time
-
-
-def _version() -> str:
-    from omnimorph import __version__
-
-    return __version__
 
 
 class Logs:
@@ -154,6 +150,22 @@ class Logs:
             raise ScenarioError.at("the flight", f"unit of log {name}", unit, allowed)
         rows[control_step] = numbers
         self._logged[name][control_step] = True
+
+    def log_all(self, part: str, log: Log, control_step: int) -> None:
+        """Keep what a part of one's own wants recorded, numbers alone or with a unit.
+
+        Raises
+        ------
+        PartFailed
+            If it cannot be kept, see `log`.
+        """
+        try:
+            for name, value in log.items():
+                pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
+                number, unit = value if pair else (value, "1")
+                self.log(name, number, unit, control_step)
+        except FAILURES as error:
+            raise PartFailed(part, error) from error
 
     def columns(self, rows: int, control_every: int) -> dict[str, LoggedColumn]:
         """Return a column of so many rows for each name: what was logged, held until the next."""

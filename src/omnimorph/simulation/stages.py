@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -16,7 +17,7 @@ from omnimorph.simulation.core_settings import CoreSettings
 from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, described
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["NO_PUSH", "Stages", "six_numbers", "steps_of"]
+__all__ = ["NO_PUSH", "Stages", "at_steps_of", "six_numbers"]
 
 NO_PUSH = np.zeros(6)
 _NOT_ASKED = np.full(6, np.nan)
@@ -303,6 +304,15 @@ def steps_of(engine: Plant) -> tuple[float, float]:
             raise ScenarioError.at("the plant", name, given, "a positive number of seconds")
         steps.append(float(number))
     return steps[0], steps[1]
+
+
+def at_steps_of(engine: Any, scenario: Scenario) -> Scenario:
+    """Return a scenario at the time steps of an engine of one's own, if there is one."""
+    if engine is None:
+        return scenario
+    physics_step, control_period = steps_of(engine)
+    plant = replace(scenario.plant, physics_step=physics_step, control_period=control_period)
+    return replace(scenario, plant=plant)
 
 
 def six_numbers(place: str, name: str, value: object) -> FloatArray:

@@ -149,8 +149,8 @@ template <class T, int N> class Flight {
     /// Record and judge this row; whether the flight goes on.
     bool finish_row() { return finish_row(desired()); }
 
-    /// A plant outside, so many physics steps under a push later: its motion, actuators and wrench, and the thrusts if it
-    /// says them.
+    /// A plant outside, so many physics steps under a push later: its motion, actuators and wrench, and the thrusts,
+    /// if it says them.
     void place(const PlantState<T, N>& outside, const PerRotor<T, N>* thrust, const Vec6<T>& push, long steps_later) {
         x_.push = push;
         x_.plant = outside;

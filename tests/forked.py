@@ -50,7 +50,9 @@ class Forked:
         answers = self._process.stdout
         assert answers is not None
         _send(self._process.stdin, [program, str(folder), str(out), str(err)])
-        assert select([answers], [], [], _PATIENCE)[0], f"no end of {program}"
+        if not select([answers], [], [], _PATIENCE)[0]:
+            self._process.kill()  # its answer would be taken for that of the next
+            raise AssertionError(f"no end of {program}")
         code = int(answers.readline())
         said = (file.read_bytes().decode() for file in (out, err))
         return subprocess.CompletedProcess([program], code, *said)

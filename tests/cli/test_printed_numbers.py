@@ -70,9 +70,9 @@ def test_a_flight_is_printed_measure_by_measure(answers: dict[str, Answer]) -> N
         line.rsplit("  ", 2)[0].strip(): line.split()[-2]
         for line in text.split("\n\n")[2].splitlines()
     }
-    assert list(rows) == [measure.words for measure in MEASURES.values()]
+    assert list(rows) == [measure.label for measure in MEASURES.values()]
     for key, measure in MEASURES.items():
-        assert is_shown(rows[measure.words], measure.factor * data["metrics"][key]), key
+        assert is_shown(rows[measure.label], measure.factor * data["metrics"][key]), key
     metrics = om.load_run(data["files"]["run"]).metrics.as_dict()
     assert data["metrics"] == metrics
     last = next(line for line in text.splitlines() if "times real time" in line)

@@ -54,7 +54,7 @@ def test_the_reason_is_reported(build: Callable[[], om.Vehicle], reason: str) ->
     platform(build())  # and it is analysed all the same
 
 
-def test_the_most_of_all_tilts_is_told() -> None:
+def test_the_most_of_all_tilts_is_found() -> None:
     """The rotors of OmniMorph lift most untilted, 8 f_max, and less at every other tilt."""
     heavy = om.load_vehicle("omnimorph").replace(mass=5.0)
     assert "lift at most 42.87 N without a moment" in why_it_cannot_fly(heavy)

@@ -97,7 +97,7 @@ def test_metrics_that_do_not_apply_are_no_numbers(own: om.Run) -> None:
         table = {row[0]: row[1] for row in metrics_table("", {"one": metrics}).rows}
         for name in names:
             assert metrics.as_dict()[name] is None
-            assert table[MEASURES[name].words] == "—"
+            assert table[MEASURES[name].label] == "—"
     known = replace(quadrotor.metrics, outcome="completed").as_dict()
     assert known["unproven_steps"] == 0
 

@@ -83,5 +83,5 @@ def test_a_part_is_free_after_a_flight_that_failed() -> None:
 
     part = Failing()
     for _ in range(2):
-        with pytest.raises(ScenarioError, match="Failing failed .*ZeroDivisionError"):
+        with pytest.raises(ScenarioError, match=r"Failing failed .*ZeroDivisionError"):
             om.fly(SHORT, disturbance=part)

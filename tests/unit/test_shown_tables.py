@@ -75,7 +75,7 @@ def test_measures_are_read_in_the_unit_they_name(key: str) -> None:
 def test_measures_are_called_what_their_keys_say(part: str, words: str) -> None:
     for key, measure in MEASURES.items():
         if part in key:
-            assert any(word in measure.words for word in words.split("|")), key
+            assert any(word in measure.label for word in words.split("|")), key
 
 
 def test_every_metric_is_shown_in_its_row_and_column() -> None:
@@ -89,7 +89,7 @@ def test_every_metric_is_shown_in_its_row_and_column() -> None:
     rows = {row[0]: row[1:] for row in table.rows}
     for key, measure in MEASURES.items():
         cells = [number(measure.factor * getattr(one, key)) for one in (first, second)]
-        assert rows[measure.words] == [*cells, measure.unit]
+        assert rows[measure.label] == [*cells, measure.unit]
     assert table.head == ["", "first", "second", "unit"]
 
 

@@ -137,7 +137,7 @@ def test_the_core_is_given_every_field_that_it_lists() -> None:
 
 # --- one more field, in a copy of the package -----------------------------------------------------
 
-DECLARED = "    servo_name: tuple[str, ...] = words"
+DECLARED = "    servo_name: tuple[str, ...] = as_text"
 NEW_FIELDS = """\
     blade_chord: FloatArray = of_rotors("mm", Range(0.0, 1e3), "a width", default=0.0, in_core=True)
     servo_backlash: FloatArray = of_servos("deg", Range(0.0, 10.0), "an angle", default=0.0)

@@ -58,7 +58,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Analyse, write the page if one is wanted, and say what came out."""
     import omnimorph as om
     from omnimorph.report.analysis_data import analysis_data
-    from omnimorph.results.folder import replaced_words
+    from omnimorph.results.folder import replaced_text
 
     vehicle = om.load_vehicle(options.vehicle)
     _check_count(options.tilt, vehicle)
@@ -74,7 +74,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
         if options.out is None:
             analysis, where = ask(), "`--out DIR` writes the page with the figures."
         else:
-            replaced = replaced_words(options.out / "results.json")
+            replaced = replaced_text(options.out / "results.json")
             analysis, where = _written(ask, options.out), f"The page: {options.out / _PAGE}"
     text, data = f"{_as_text(analysis)}\n\n{where}", analysis_data(analysis)
     return console.Answer(text=text, data=data, complaint=replaced)

@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Compare, write the page if one is wanted, and show the table."""
     import omnimorph as om
-    from omnimorph.results.folder import replaced_words
+    from omnimorph.results.folder import replaced_text
     from omnimorph.studies.comparison import (
         COMPARISON_SCHEMA,
         SCENARIO,
@@ -49,7 +49,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     replaced = ""
     if options.out is not None:
         check_own(options.out, COMPARISON_SCHEMA)
-        replaced = replaced_words(options.out / "results.json")
+        replaced = replaced_text(options.out / "results.json")
     with console.Progress("comparing") as progress:
         rows = compare(vehicles, progress=progress)
     where = "`--out DIR` writes the page with the figures."

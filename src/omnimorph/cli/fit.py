@@ -43,7 +43,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     """Fit, write the page if one is wanted, and say what came out."""
     import omnimorph as om
     from omnimorph.report.fit_data import fit_data, vehicle_lines
-    from omnimorph.results.folder import replaced_words
+    from omnimorph.results.folder import replaced_text
 
     expected: dict[str, Any] = {}
     if options.like is not None:
@@ -55,7 +55,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     where = "`--out DIR` writes the page with the figures."
     replaced = ""
     if options.out is not None:
-        replaced = replaced_words(options.out / "results.json")
+        replaced = replaced_text(options.out / "results.json")
         where = f"The page: {_written(fit, options.out)}"
     warnings = [f"# {sentence}" for sentence in fit.warnings]
     heading = f"# {len(bench.lines)} rows of {options.bench}; torque over force "

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from omnimorph.cli import console
 from omnimorph.cli.arguments import folder, seed_number
 from omnimorph.cli.page import add_page_arguments, announce, check_no_page, served
-from omnimorph.results.folder import check_folder, replaced_words, staged
+from omnimorph.results.folder import check_folder, replaced_text, staged
 
 if TYPE_CHECKING:
     from omnimorph import Run, Scenario
@@ -120,7 +120,7 @@ def _kept(scenario: Scenario, run: Run, out: Path) -> console.Answer:
     """Write a run and its metrics, and say how it went."""
     import omnimorph as om
 
-    replaced = replaced_words(out / "run.nc", out / "metrics.json")
+    replaced = replaced_text(out / "run.nc", out / "metrics.json")
     with staged(out) as new:
         run.save(new / "run.nc")
         run.metrics.write_json(new / "metrics.json")
@@ -183,7 +183,7 @@ def _measures(metrics: dict[str, Any]) -> list[list[str]]:
     for key, measure in MEASURES.items():
         value = metrics[key]
         shown = value if value is None else measure.factor * value
-        rows.append([measure.words, console.number(shown), measure.unit])
+        rows.append([measure.label, console.number(shown), measure.unit])
     return rows
 
 

@@ -48,11 +48,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write the report, and say where it is and how each claim stands."""
-    from omnimorph.results.folder import replaced_words
+    from omnimorph.results.folder import replaced_text
     from omnimorph.studies.reproduction import reproduce
 
     out: Path = options.out
-    replaced = replaced_words(out / "results.json")
+    replaced = replaced_text(out / "results.json")
     with console.Progress("reproducing the paper:") as progress:
         report = reproduce(out, _plan(options), progress)
     results = json.loads(Path(out, "results.json").read_text(encoding="utf-8"))

@@ -15,7 +15,7 @@ from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
 from omnimorph.cli.page import add_page_arguments, announce, check_no_page, closing, served
 from omnimorph.design.input_files import is_folder
 from omnimorph.errors import InputError
-from omnimorph.results.folder import replaced_words
+from omnimorph.results.folder import replaced_text
 
 if TYPE_CHECKING:
     from omnimorph.viewer.frames import Flight
@@ -203,7 +203,7 @@ def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> c
     )
     from omnimorph.viewer.server import new_server
 
-    replaced = replaced_words(*filter(None, (options.snapshot, options.video)))
+    replaced = replaced_text(*filter(None, (options.snapshot, options.video)))
     duration = max(flight.duration for flight in flights)
     moment = _moment(flights, options.at)
     speed = 1.0 if options.speed is None else options.speed
@@ -260,7 +260,7 @@ def _picture_of_design(options: argparse.Namespace, vehicle: Any, tilt: Any) -> 
     from omnimorph.viewer.pictures import camera_in, save_picture, still
     from omnimorph.viewer.server import new_server
 
-    replaced = replaced_words(options.snapshot)
+    replaced = replaced_text(options.snapshot)
     scales, view = scales_of(vehicle), Design.of(vehicle, tilt).view()
     with closing(new_server()) as server:
         scene = DesignScene(server, view, scales)

@@ -32,22 +32,22 @@ def question_units(
     """
     for doubt in doubts:
         where, value = place(doubt.attribute, doubt.number)
-        likely = _told(doubt, name) or "check its unit"
+        likely = _likeness(doubt, name) or "check its unit"
         sentence = f"{where} is {shown(value)}: {doubt.why}; {likely}."
         warnings.warn(legible(sentence, _LONGEST), UnlikelyUnitWarning, stacklevel=4)
 
 
-def _told(doubt: UnitDoubt, name: Callable[[str], str]) -> str:
+def _likeness(doubt: UnitDoubt, name: Callable[[str], str]) -> str:
     """Return what the number looks like, and others with it; one way or another."""
     ways = doubt.explanations
     if all(len(way) == 1 and way[0][0] == doubt.attribute for way in ways):
-        looks = " or ".join(looks for ((_, looks),) in ways)
-        return f"it looks {looks}" if looks else ""
-    return ", or ".join(_way_told(doubt.attribute, way, name) for way in ways)
+        likeness = " or ".join(likeness for ((_, likeness),) in ways)
+        return f"it looks {likeness}" if likeness else ""
+    return ", or ".join(_explained(doubt.attribute, way, name) for way in ways)
 
 
-def _way_told(attribute: str, way: Explanation, name: Callable[[str], str]) -> str:
-    (first, looks), *others = way
-    parts = [f"{'it' if first == attribute else name(first)} looks {looks}"]
-    parts += [f"{name(other)} {looks}" for other, looks in others]
+def _explained(attribute: str, way: Explanation, name: Callable[[str], str]) -> str:
+    (first, likeness), *others = way
+    parts = [f"{'it' if first == attribute else name(first)} looks {likeness}"]
+    parts += [f"{name(other)} {likeness}" for other, likeness in others]
     return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))

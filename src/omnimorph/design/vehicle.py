@@ -28,12 +28,12 @@ from omnimorph.design.unit_doubts import unit_doubts
 from omnimorph.design.unit_warnings import question_units
 from omnimorph.design.vehicle_fields import (
     VehicleField,
+    as_text,
     fields_of,
     of_body,
     of_filters,
     of_rotors,
     of_servos,
-    words,
 )
 from omnimorph.protocols import FloatArray
 
@@ -131,8 +131,8 @@ class Vehicle:
         If a number looks like one in another unit; copies are not questioned again.
     """
 
-    name: str = words()
-    title: str = words()
+    name: str = as_text()
+    title: str = as_text()
     mass: float = of_body("kg", Range(1e-6, 1e6), "a positive number of kilograms", in_core=True)
     tilt_mechanism_mass: float = of_body(
         "kg",
@@ -160,8 +160,8 @@ class Vehicle:
     hinge_axis: FloatArray = of_rotors(
         "", UNIT_VECTOR, _DIRECTION, shape=(3,), in_file=(0.0, 0.0, 0.0), word="hinge"
     )
-    rotor_servo: NDArray[np.int64] = words("rotor", ())
-    rotor_spin: FloatArray = words("rotor", (), in_core=True)
+    rotor_servo: NDArray[np.int64] = as_text("rotor", ())
+    rotor_spin: FloatArray = as_text("rotor", (), in_core=True)
     thrust_coefficient: FloatArray = of_rotors(
         "N_per_Hz2", Range(1e-15, 1e6), _POSITIVE, in_core=True
     )
@@ -180,7 +180,7 @@ class Vehicle:
     spin_inertia: FloatArray = of_rotors(
         "kg_m2", Range(0.0, 1e6), _NOT_NEGATIVE, in_file=0.0, in_core=True
     )
-    servo_name: tuple[str, ...] = words("servo")
+    servo_name: tuple[str, ...] = as_text("servo")
     servo_angle_min: FloatArray = of_servos("deg", _ANGLE, _NUMBER, in_core=True)
     servo_angle_max: FloatArray = of_servos("deg", _ANGLE, _NUMBER, in_core=True)
     servo_rate_max: FloatArray = of_servos("deg_per_s", Range(1e-3, 1e6), _POSITIVE, in_core=True)

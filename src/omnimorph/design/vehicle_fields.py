@@ -32,7 +32,7 @@ __all__ = [
     "of_filters",
     "of_rotors",
     "of_servos",
-    "words",
+    "as_text",
 ]
 
 FILTERED = ("position", "velocity", "attitude", "rate")
@@ -147,7 +147,7 @@ of_servos = functools.partial(quantity, of=VehicleField, table="servo")
 of_filters = functools.partial(quantity, of=VehicleField, table="filter")
 
 
-def words(table: str = "", shape: tuple[int, ...] | None = None, **others: Any) -> Any:
+def as_text(table: str = "", shape: tuple[int, ...] | None = None, **others: Any) -> Any:
     """Declare what files hold as words: names, or (`shape` is given) numbers that stand for them.
 
     How such a field is read and written is its own affair, in `reading` and `writing`.
@@ -173,6 +173,6 @@ def _fields_of(vehicle: Any) -> Mapping[str, VehicleField]:
         if isinstance(field, VehicleField):
             found[name] = field
         elif name != "sources":
-            ways = "of_body, of_rotors, of_servos, of_filters or words"
+            ways = "of_body, of_rotors, of_servos, of_filters or as_text"
             raise TypeError(f"{vehicle.__name__}.{name} is not declared with {ways}")
     return found

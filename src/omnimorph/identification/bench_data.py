@@ -141,8 +141,8 @@ def read_bench(path: str | os.PathLike[str]) -> BenchData:
         increase, or two speed columns contradict each other: one sentence, which names the unit
         that was most likely meant.
     """
+    path = os.fspath(path) if isinstance(path, os.PathLike) else path  # refused, if it is neither
     table = read_csv_table(path, partial(_check_columns, path), column_ranges(), InputError)
-    path = os.fsdecode(path)
     columns = dict(zip(table.columns, table.rows.T, strict=True))
     speeds = [name for name in _SPEEDS if name in columns]
     _check_same(str(path), speeds, columns)

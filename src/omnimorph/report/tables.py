@@ -134,7 +134,7 @@ def metrics_table(caption: str, columns: Mapping[str, Metrics]) -> Table:
     """Return the metrics of several flights side by side, a row a metric."""
     rows = [
         [
-            measure.words,
+            measure.label,
             *(number(measure.factor * getattr(metrics, key)) for metrics in columns.values()),
             measure.unit,
         ]

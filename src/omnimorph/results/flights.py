@@ -96,6 +96,6 @@ class Flights:
 
     def __repr__(self) -> str:
         counted = Counter(self.metrics.outcome)
-        told = ", ".join(f"{count} {outcome}" for outcome, count in counted.most_common())
+        outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counted.most_common())
         cut = ", interrupted" if self.interrupted else ""
-        return f"Flights({self.scenario_name!r}, {told or 'none'}, {self.precision}{cut})"
+        return f"Flights({self.scenario_name!r}, {outcomes or 'none'}, {self.precision}{cut})"

@@ -11,7 +11,7 @@ from omnimorph.errors import InputError
 from omnimorph.machine.signals import held_back
 from omnimorph.results.temporary import temporary_in
 
-__all__ = ["check_folder", "replaced_words", "staged"]
+__all__ = ["check_folder", "replaced_text", "staged"]
 
 
 def check_folder(out: Path) -> None:
@@ -30,7 +30,7 @@ def check_folder(out: Path) -> None:
             raise InputError(f"{out}: cannot be written to, because {nearest} is read-only.")
 
 
-def replaced_words(*paths: Path) -> str:
+def replaced_text(*paths: Path) -> str:
     """Return, before files are written, which of them are there already; "" if none is.
 
     Every command that writes results says so on standard error: results replace older ones of
@@ -38,7 +38,7 @@ def replaced_words(*paths: Path) -> str:
 
     Examples
     --------
-    >>> replaced_words(Path("no-such-folder", "run.nc"))
+    >>> replaced_text(Path("no-such-folder", "run.nc"))
     ''
     """
     older = [str(path) for path in paths if path.is_file()]

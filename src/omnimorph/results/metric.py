@@ -26,9 +26,9 @@ __all__ = ["Measure", "Metric", "described", "metric", "metrics_of"]
 
 
 class Measure(NamedTuple):
-    """How a metric is shown: its words, the factor from the metric to the unit, and that unit."""
+    """how a metric is shown: its label, the factor from the metric to the unit, and that unit."""
 
-    words: str
+    label: str
     factor: float
     unit: str
 

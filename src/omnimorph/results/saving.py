@@ -68,9 +68,9 @@ def hash_of(
     version: int = SCHEMA_VERSION,
 ) -> str:
     """Return the hash of what a run is made of: see `hash_content`."""
-    told = dataclasses.asdict(provenance)
-    del told["content_hash"]
-    record = {"schema": SCHEMA, "outcome": outcome.name, "provenance": told}
+    held = dataclasses.asdict(provenance)
+    del held["content_hash"]
+    record = {"schema": SCHEMA, "outcome": outcome.name, "provenance": held}
     if logged:
         record["logged"] = {name: column.unit for name, column in logged.items()}
     digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())

@@ -62,21 +62,21 @@ def _read_hdf5(path: str | Path, file: Any) -> Run:
     except OmnimorphError:
         raise
     except Exception as error:  # h5py passes on a broken file as nearly any exception
-        told = " ".join(str(error).split()).strip("'\"") or type(error).__name__
-        raise _unreadable(path, f"it is cut off or damaged ({told})") from error
+        reason = " ".join(str(error).split()).strip("'\"") or type(error).__name__
+        raise _unreadable(path, f"it is cut off or damaged ({reason})") from error
 
 
 def _read(path: str | Path, file: Any) -> Run:
     from omnimorph.design.files import parse_vehicle
 
     version = _schema_version(path, file.attrs)
-    told = {name: _attribute(path, file, key) for key, name in ATTRIBUTES.items()}
-    told["content_hash"] = _attribute(path, file, "content_hash")
+    held = {name: _attribute(path, file, key) for key, name in ATTRIBUTES.items()}
+    held["content_hash"] = _attribute(path, file, "content_hash")
     outcome = _outcome(path, file)
     _check_size(path, file, version)
     columns = _columns(path, file, version)
     try:
-        provenance = Provenance(**told)
+        provenance = Provenance(**held)
         logged = _logged(file, version)
         if hash_of(columns, logged, outcome, provenance, version) != provenance.content_hash:
             raise _unreadable(path, "its content does not match its hash: changed or damaged")
@@ -160,10 +160,10 @@ def _outcome(path: str | Path, file: Any) -> Outcome:
 
 
 def _performance(file: Any) -> Performance:
-    told = file["performance"].attrs if "performance" in file else {}
+    held = file["performance"].attrs if "performance" in file else {}
     return Performance(
-        wall_time=float(plain(told.get("wall_time_s", np.nan))),
-        real_time_factor=float(plain(told.get("real_time_factor", np.nan))),
+        wall_time=float(plain(held.get("wall_time_s", np.nan))),
+        real_time_factor=float(plain(held.get("real_time_factor", np.nan))),
     )
 
 

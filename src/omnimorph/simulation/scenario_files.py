@@ -265,15 +265,15 @@ def _beside_proposed(document: Document, proposed: Controller, file: str) -> Any
 def _overrides(controller: Any, document: Document, proposed: Controller) -> dict[str, Any]:
     """Return what ``[controller]`` gives in place of what is proposed, by the names of fields."""
     overrides = values_of(TrackingGains, controller)
-    told = document["controller"].get("allocator", {})
+    given = document["controller"].get("allocator", {})
     if controller.allocator.kind == "python":
         return overrides
     rule = _RULES[controller.allocator.kind].from_file(controller.allocator)
     if type(rule) is not type(proposed[1]):
         overrides["allocator"] = rule
-    elif told:
-        names = [name for name, field in declared(type(rule)).items() if field.key in told]
-        kind = {"kind": rule.kind} if "kind" in told else {}
+    elif given:
+        names = [name for name, field in declared(type(rule)).items() if field.key in given]
+        kind = {"kind": rule.kind} if "kind" in given else {}
         overrides["allocator"] = kind | {name: getattr(rule, name) for name in names}
     return overrides
 

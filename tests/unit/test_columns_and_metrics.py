@@ -151,40 +151,40 @@ def reported(tmp_path_factory: pytest.TempPathFactory, older: Path) -> dict[str,
     return answers
 
 
-def test_a_new_column_is_in_file_hash_memory_and_documentation(expected: dict[str, Any]) -> None:
-    schema, units, long_name, same = expected["kept"]
+def test_a_new_column_is_in_file_hash_memory_and_documentation(reported: dict[str, Any]) -> None:
+    schema, units, long_name, same = reported["kept"]
     assert (schema, units, same) == (SCHEMA_VERSION + 1, "A", True)
     assert long_name == "current of the rotor's motor"
-    assert expected["read"]
-    assert expected["hash"] == [True, False]
-    assert expected["documented"][0]
+    assert reported["read"]
+    assert reported["hash"] == [True, False]
+    assert reported["documented"][0]
     vehicle = om.load_vehicle("omnimorph")
     sizes = sizes_of(vehicle)
     today = 8 + sum(column.bytes_of_a_row(sizes) for column in COLUMNS)
-    assert expected["bytes"] == today + 8 * vehicle.n_rotors
+    assert reported["bytes"] == today + 8 * vehicle.n_rotors
 
 
-def test_files_from_before_a_column_stay_readable(expected: dict[str, Any], older: Path) -> None:
+def test_files_from_before_a_column_stay_readable(reported: dict[str, Any], older: Path) -> None:
     """Their hash, which knows nothing of it, still holds; what nobody recorded is NaN."""
-    assert expected["older"] == [True, load_run(older).content_hash]
+    assert reported["older"] == [True, load_run(older).content_hash]
 
 
 def test_a_file_with_a_column_of_a_newer_omnimorph_asks_for_one(
-    expected: dict[str, Any], older: Path
+    reported: dict[str, Any], older: Path
 ) -> None:
-    newer = Path(expected["package"]).parent.parent / "new.nc"
+    newer = Path(reported["package"]).parent.parent / "new.nc"
     with pytest.raises(RunFileError, match=r"its schema version is .*install a newer omnimorph"):
         load_run(newer)
 
 
-def test_a_new_metric_is_in_json_tables_batches_and_documentation(sentence: dict[str, Any]) -> None:
-    found, expected = sentence["metric"]
-    assert found == sentence["json"] == pytest.approx(expected, rel=1e-15)
-    assert sentence["many"] == pytest.approx([30.0 / np.pi, 60.0 / np.pi], rel=1e-15)
-    [shown], [row] = sentence["shown"], sentence["table"]
+def test_a_new_metric_is_in_json_tables_batches_and_documentation(reported: dict[str, Any]) -> None:
+    found, expected = reported["metric"]
+    assert found == reported["json"] == pytest.approx(expected, rel=1e-15)
+    assert reported["many"] == pytest.approx([30.0 / np.pi, 60.0 / np.pi], rel=1e-15)
+    [shown], [row] = reported["shown"], reported["table"]
     assert shown[0] == row[0] == "fastest rotor, a minute"
     assert shown[2] == row[2] == "rpm"
-    assert sentence["documented"][1]
+    assert reported["documented"][1]
 
 
 # --- what is declared here and in the core ------------------------------------------------------

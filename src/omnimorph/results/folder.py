@@ -22,7 +22,7 @@ def check_folder(out: Path) -> None:
     InputError
         If it is there but no folder, or could not be made.
     """
-    with _told(out):
+    with _refusing(out):
         nearest = next(path for path in (out, *out.absolute().parents) if os.path.lexists(path))
         if not nearest.is_dir():
             raise InputError(f"{out}: cannot be written to, because {nearest} is not a folder.")
@@ -70,12 +70,12 @@ def staged(out: Path, first: str = "") -> Iterator[Path]:
     made: list[Path] = []
     written = "nothing was written to"
     try:
-        with _told(out):
+        with _refusing(out):
             home = out.absolute() if out.is_dir() else out.absolute().parent
             for path in reversed([path for path in (home, *home.parents) if not path.exists()]):
                 path.mkdir()
                 made.append(path)
-        with _told(out), temporary_in(home, as_folder=True) as part, _told(out, part):
+        with _refusing(out), temporary_in(home, as_folder=True) as part, _refusing(out, part):
             yield part
             with held_back():
                 _publish(part, out, first)
@@ -106,7 +106,7 @@ def _publish(part: Path, out: Path, first: str) -> None:
 
 
 @contextmanager
-def _told(out: Path, part: Path | None = None) -> Iterator[None]:
+def _refusing(out: Path, part: Path | None = None) -> Iterator[None]:
     """Report a failure to write as the user's mistake, and with the name the user gave."""
     try:
         yield

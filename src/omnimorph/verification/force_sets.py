@@ -26,11 +26,9 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.hovering import attitudes, can_hover
 from omnimorph.verification.setting import omnimorph, spin_axes
-
-__all__ = ["CASES"]
 
 _CORNERS = (
     "all corners of the box of thrusts cut by zero moment, one by one, and their forces' hull"
@@ -329,25 +327,3 @@ def three_ways_to_tell_what_hovers() -> Result:
         wrong += hover(omnimorph(), tilt, R_WB).feasible != expected
     # a check that only ever saw one answer would say nothing
     return Result(value=wrong if 0 < held < 40 else np.inf, tolerance=0.0, unit="answers")
-
-
-CASES: tuple[Case, ...] = (
-    free_moment_radius_over_the_tilt,
-    tilt_of_the_largest_free_moment_radius,
-    largest_free_moment_radius,
-    zero_moment_radius_at_seven_tilts,
-    zero_moment_force_set_is_that_of_its_corners,
-    largest_force_straight_up,
-    free_moment_volume,
-    omnidirectional_with_free_moments,
-    omnidirectional_at_zero_moment,
-    level_hover_is_lost,
-    another_limit_gives_the_same_onset,
-    weak_rotors_push_sideways,
-    weak_rotors_push_sideways_without_a_moment,
-    weak_rotors_with_all_their_drag,
-    weak_rotors_by_linear_programmes,
-    support_functions,
-    reach_along_any_direction,
-    three_ways_to_tell_what_hovers,
-)

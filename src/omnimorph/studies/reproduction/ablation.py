@@ -157,21 +157,15 @@ def count_ablation(plan: Plan) -> int:
 def fly_ablation(plan: Plan, fly_jobs: FlyJobs) -> Ablation:
     """Fly both cases in every way."""
     scenarios = {name: load_scenario(name) for name in CASES}
-    ways = {name: _ways(scenario) for name, scenario in scenarios.items()}
-    jobs = [
-        Job(one, seed)
-        for name in CASES
-        for one in ways[name].values()
-        for seed in _seeds(one, plan)
-    ]
+    ways = {(name, *way): one for name in CASES for way, one in _ways(scenarios[name]).items()}
+    jobs = [Job(one, seed) for one in ways.values() for seed in _seeds(one, plan)]
     flown = iter(fly_jobs(jobs, "one imperfection at a time"))
-    by_case = {
-        name: [[next(flown) for _ in _seeds(one, plan)] for one in ways[name].values()]
-        for name in CASES
-    }
+    found = {way: [next(flown) for _ in _seeds(one, plan)] for way, one in ways.items()}
     conditions = [
-        Condition(group=group, label=label, flown={name: by_case[name][i] for name in CASES})
-        for i, (group, label) in enumerate(ways[A])
+        Condition(
+            group=group, label=label, flown={name: found[name, group, label] for name in CASES}
+        )
+        for group, label in _ways(scenarios[A])
     ]
     return Ablation(conditions=conditions, lag=_lag(scenarios[A]))
 

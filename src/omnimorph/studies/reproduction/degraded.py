@@ -11,7 +11,6 @@ import numpy as np
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import A
 from omnimorph.studies.reproduction.frontier import (
@@ -30,7 +29,7 @@ from omnimorph.studies.reproduction.lost_thrust import (
     speed_limits,
     with_speed_limit,
 )
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 from omnimorph.studies.reproduction.spread import share_interval, spread_of
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge, survival_holds
 from omnimorph.units import from_SI
@@ -159,18 +158,17 @@ def paper_loss(key: str, speed_limit: float | None = None) -> Scenario:
 def fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
     """Fly what the paper flew with less thrust, at both limits of speed, over the seeds."""
     limits = speed_limits(load_scenario(A).vehicle)
-    rows = [(key, limit) for key in _PAPER_KEYS for limit in limits]
-    jobs = [Job(paper_loss(key, limit), seed) for key, limit in rows for seed in plan.seeds]
-    flown, k = fly_jobs(jobs, "the paper's losses of thrust"), len(plan.seeds)
+    lossy = {(key, limit): paper_loss(key, limit) for key in _PAPER_KEYS for limit in limits}
+    flown = fly_over_seeds(lossy, plan.seeds, fly_jobs, "the paper's losses of thrust")
     return [
         PaperLoss(
             key=key,
             scenario=paper.claims()[key].about["scenario"],
             loss=paper.claims()[key].about["loss_percent"] / 100.0,
             speed_limit=limit,
-            flown=flown[i * k : (i + 1) * k],
+            flown=results,
         )
-        for i, (key, limit) in enumerate(rows)
+        for (key, limit), results in flown.items()
     ]
 
 

@@ -20,7 +20,7 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
 __all__ = [
@@ -146,39 +146,23 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
     """Fly the paper's scenarios over the seeds, in the realistic and in the perfect plant."""
     scenarios = {name: load_scenario(name) for name in SCENARIOS}
     perfect, no_momentum = load_plant("perfect"), load_plant("realistic-1")
-    still = fly_jobs(
-        [Job(replace(scenarios[name], plant=perfect), 0) for name in SCENARIOS],
-        "the perfect plant",
-    )
+    still = {name: replace(one, plant=perfect) for name, one in scenarios.items()}
+    unspun = {name: replace(one, plant=no_momentum) for name, one in scenarios.items()}
+    unled = {name: pose_only(one) for name, one in unspun.items()}
+    in_wakes = {name: with_effects(one, Interference()) for name, one in scenarios.items()}
+    in_still = fly_over_seeds(still, [0], fly_jobs, "the perfect plant")
+
+    def over_seeds(flown: Mapping[str, Scenario], purpose: str) -> dict[str, list[FlightResult]]:
+        return fly_over_seeds(flown, plan.seeds, fly_jobs, purpose)
+
     return PaperFlights(
         seeds=plan.seeds,
-        runs=dict(
-            zip(
-                SCENARIOS,
-                fly_runs([Job(scenarios[name], plan.seeds[0]) for name in SCENARIOS]),
-                strict=True,
-            )
-        ),
-        realistic=_over_seeds(scenarios, plan, fly_jobs, "the paper's flights"),
-        perfect=dict(zip(SCENARIOS, still, strict=True)),
-        without_momentum=_over_seeds(
-            {name: replace(one, plant=no_momentum) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "rotors without momentum",
-        ),
-        pose_only=_over_seeds(
-            {name: pose_only(replace(one, plant=no_momentum)) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "references without feed-forward",
-        ),
-        in_wakes=_over_seeds(
-            {name: with_effects(one, Interference()) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "rotors in one another's wakes",
-        ),
+        runs=runs_of(scenarios, plan.seeds[0]),
+        realistic=over_seeds(scenarios, "the paper's flights"),
+        perfect={name: flown for name, (flown,) in in_still.items()},
+        without_momentum=over_seeds(unspun, "rotors without momentum"),
+        pose_only=over_seeds(unled, "references without feed-forward"),
+        in_wakes=over_seeds(in_wakes, "rotors in one another's wakes"),
         variants=_fly_variants(scenarios, fly_jobs),
     )
 
@@ -195,14 +179,6 @@ def with_effects(scenario: Scenario, *effects: Any) -> Scenario:
     kinds = {effect.kind for effect in effects}
     kept = tuple(effect for effect in scenario.plant.effects if effect.kind not in kinds)
     return replace(scenario, plant=replace(scenario.plant, effects=(*kept, *effects)))
-
-
-def _over_seeds(
-    scenarios: Mapping[str, Scenario], plan: Plan, fly_jobs: FlyJobs, purpose: str
-) -> dict[str, list[FlightResult]]:
-    jobs = [Job(scenario, seed) for scenario in scenarios.values() for seed in plan.seeds]
-    flown, k = fly_jobs(jobs, purpose), len(plan.seeds)
-    return {name: flown[i * k : (i + 1) * k] for i, name in enumerate(scenarios)}
 
 
 def _fly_variants(scenarios: Mapping[str, Scenario], fly_jobs: FlyJobs) -> list[Variant]:

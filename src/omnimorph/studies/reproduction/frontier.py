@@ -18,7 +18,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction.flights import A, with_effects
 from omnimorph.studies.reproduction.lost_thrust import (
     CASES,
@@ -31,7 +30,7 @@ from omnimorph.studies.reproduction.lost_thrust import (
     speed_limits,
     with_speed_limit,
 )
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 
 __all__ = [
     "Frontier",
@@ -95,17 +94,13 @@ def search_frontiers(plan: Plan, fly_jobs: FlyJobs, physical: PhysicalLimits) ->
     seeds = plan.first_seeds(plan.loss_seeds)
     for _ in range(plan.loss_rounds):
         tried = [0.5 * (low + high) for low, high in intervals]
-        flown = fly_jobs(
-            [
-                Job(degrade(with_speed_limit(scenarios[name], limit), loss, kind), seed)
-                for (name, kind, _, limit), loss in zip(searches, tried, strict=True)
-                for seed in seeds
-            ],
-            "the largest loss that is survived",
-        )
+        lossy = {
+            i: degrade(with_speed_limit(scenarios[name], limit), tried[i], kind)
+            for i, (name, kind, _, limit) in enumerate(searches)
+        }
+        flown = fly_over_seeds(lossy, seeds, fly_jobs, "the largest loss that is survived")
         for i, (loss, (low, high)) in enumerate(zip(tried, intervals, strict=True)):
-            part = flown[i * len(seeds) : (i + 1) * len(seeds)]
-            survived[i][loss] = count_met(part, searches[i][2])
+            survived[i][loss] = count_met(flown[i], searches[i][2])
             intervals[i] = (loss, high) if survived[i][loss].at_least_half else (low, loss)
     return [
         Frontier(
@@ -169,12 +164,11 @@ def fly_dead_rotors(plan: Plan, fly_jobs: FlyJobs) -> dict[tuple[str, str], list
     for name in CASES:
         scenario = load_scenario(name)
         n = scenario.vehicle.n_rotors
-        dead = [
-            with_effects(scenario, Effectiveness(share=tuple(float(i != k) for i in range(n))))
+        dead = {
+            k: with_effects(scenario, Effectiveness(share=tuple(float(i != k) for i in range(n))))
             for k in range(n)
-        ]
-        flown = fly_jobs([Job(one, seed) for one in dead for seed in seeds], "a dead rotor")
-        parts = [flown[k * len(seeds) : (k + 1) * len(seeds)] for k in range(n)]
+        }
+        flown = fly_over_seeds(dead, seeds, fly_jobs, "a dead rotor")
         for criterion in (NOT_LOST, POSE_KEPT):
-            found[name, criterion] = [count_met(part, criterion) for part in parts]
+            found[name, criterion] = [count_met(part, criterion) for part in flown.values()]
     return found

@@ -16,10 +16,9 @@ from omnimorph.simulation.effects import Interference
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import W3, A, B, pose_only, with_effects
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 from omnimorph.studies.reproduction.verdicts import Verdict, is_near
 
@@ -152,17 +151,19 @@ def count_hypotheses(plan: Plan) -> int:
 def fly_hypotheses(plan: Plan, fly_jobs: FlyJobs) -> list[Hypothesis]:
     """Fly the paper's three flights under every hypothesis, over all the seeds."""
     scenarios = {name: load_scenario(name) for name in CASES}
-    ways = [(change, name) for change in _changes() for name in CASES]
-    changed = [change.apply(scenarios[name]) for change, name in ways]
-    jobs = [Job(scenario, seed) for scenario in changed for seed in plan.seeds]
-    flown = iter(fly_jobs(jobs, "hypotheses on the sizes of the errors"))
-    by_way = {(change.label, name): [next(flown) for _ in plan.seeds] for change, name in ways}
+    changed = {
+        (change.label, name): change.apply(scenarios[name])
+        for change in _changes()
+        for name in CASES
+    }
+    purpose = "hypotheses on the sizes of the errors"
+    flown = fly_over_seeds(changed, plan.seeds, fly_jobs, purpose)
     return [
         Hypothesis(
             label=change.label,
             verdict=change.verdict,
             against=change.against,
-            flown={name: by_way[change.label, name] for name in CASES},
+            flown={name: flown[change.label, name] for name in CASES},
         )
         for change in _changes()
     ]

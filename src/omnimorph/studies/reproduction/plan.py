@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple, Self
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import NamedTuple, Self, TypeVar
 
+from omnimorph.results.run import Run
+from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job
+from omnimorph.studies.many_flights import Job, fly_runs
 
-__all__ = ["FlyJobs", "Plan"]
+__all__ = ["FlyJobs", "Plan", "fly_over_seeds", "runs_of"]
 
 FlyJobs = Callable[[Sequence[Job], str], list[FlightResult]]
 """Flies jobs and returns what came of them, in their order; the text says what they are for."""
+Name = TypeVar("Name", bound=Hashable)
 
 
 class Plan(NamedTuple):
@@ -48,3 +51,18 @@ class Plan(NamedTuple):
     def first_seeds(self, count: int) -> range:
         """Return so many seeds, from the first on."""
         return range(self.seeds[0], self.seeds[0] + count)
+
+
+def fly_over_seeds(
+    scenarios: Mapping[Name, Scenario], seeds: Sequence[int], fly_jobs: FlyJobs, purpose: str
+) -> dict[Name, list[FlightResult]]:
+    """Fly each scenario with every seed; return what came of it, one result a seed, by its name."""
+    jobs = [Job(scenario, seed) for scenario in scenarios.values() for seed in seeds]
+    flown = iter(fly_jobs(jobs, purpose))
+    return {name: [next(flown) for _ in seeds] for name in scenarios}
+
+
+def runs_of(scenarios: Mapping[Name, Scenario], seed: int) -> dict[Name, Run]:
+    """Fly each scenario with one seed; return its run, for the figures, by its name."""
+    runs = fly_runs([Job(scenario, seed) for scenario in scenarios.values()])
+    return dict(zip(scenarios, runs, strict=True))

@@ -20,9 +20,8 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job, fly_runs
 from omnimorph.studies.reproduction.flights import A, B
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
 __all__ = [
@@ -176,24 +175,8 @@ def fly_choices(plan: Plan, fly_jobs: FlyJobs) -> list[Choice]:
     choices = []
     for label in (THREE, WINDOW, RANGE):
         searches = {name: _searching(scenario, label) for name, scenario in scenarios.items()}
-        flown = fly_jobs(
-            [Job(searches[name], seed) for name in CASES for seed in seeds],
-            "the choice of the tilt",
-        )
-        k = len(seeds)
-        choices.append(
-            Choice(
-                label=label,
-                runs=dict(
-                    zip(
-                        CASES,
-                        fly_runs([Job(searches[name], seeds[0]) for name in CASES]),
-                        strict=True,
-                    )
-                ),
-                flown={name: flown[i * k : (i + 1) * k] for i, name in enumerate(CASES)},
-            )
-        )
+        flown = fly_over_seeds(searches, seeds, fly_jobs, "the choice of the tilt")
+        choices.append(Choice(label=label, runs=runs_of(searches, seeds[0]), flown=flown))
     return choices
 
 

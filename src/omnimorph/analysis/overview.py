@@ -40,8 +40,6 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WakeModel, stacked_pairs
 from omnimorph.protocols import FloatArray
 
-__all__ = ["AtTilt", "Trade", "VehicleAnalysis", "WakeEffect", "analyze"]
-
 Progress = Callable[[float, float, str], None]
 
 ATTITUDES = 100

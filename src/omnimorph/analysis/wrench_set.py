@@ -30,8 +30,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["force_set", "moment_set", "wrench_set"]
-
 
 def force_set(
     vehicle: VehicleLike,

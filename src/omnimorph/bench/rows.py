@@ -10,8 +10,6 @@ from omnimorph.bench.flights import JOINTLY, ControlTimes, LoopTimes
 from omnimorph.bench.measurement import Measurement
 from omnimorph.bench.processes import ProcessCost
 
-__all__ = ["Round", "rows_of"]
-
 Aim = Literal["at least", "at most"]
 
 

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
     from omnimorph.protocols import FloatArray
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 _PAGE = "analysis.html"
 SUMMARY = "analyse a vehicle: actuation, force and moment sets, hover power, morphing"
 NEEDS = ("omnimorph.analysis", "omnimorph.design.schema", "scipy.optimize", "scipy.spatial")

@@ -9,17 +9,6 @@ from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = [
-    "angles_in_degrees",
-    "folder",
-    "milliseconds",
-    "number_at_least",
-    "port_number",
-    "one_of_the_list",
-    "positive_number",
-    "seed_number",
-]
-
 _LARGEST = 2**64 - 1
 _LARGEST_ANGLE = math.radians(1e5)
 _MOST = 10_000

@@ -12,8 +12,6 @@ from omnimorph.version import __version__
 if TYPE_CHECKING:
     from omnimorph.studies.comparison import Compared
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "compare vehicles: what they can hold, what hovering costs, how they fly"
 NEEDS = ("omnimorph.studies.comparison", "omnimorph.simulation.scenario_schema", "scipy.optimize")
 

@@ -17,8 +17,6 @@ from omnimorph.cli.arguments import folder
 if TYPE_CHECKING:
     from omnimorph.identification import RotorFit
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "fit the numbers of a rotor to bench data, each with its confidence interval"
 NEEDS = ("omnimorph.identification", "scipy.optimize", "scipy.special")
 

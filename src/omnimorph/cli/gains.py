@@ -12,8 +12,6 @@ from omnimorph.cli.arguments import milliseconds
 if TYPE_CHECKING:
     from omnimorph import ProposedController, StabilityMargins, Vehicle
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "propose gains and weights for a vehicle, with stability margins"
 NEEDS = ("omnimorph.control.gains",)
 

@@ -42,8 +42,6 @@ from omnimorph.cli import (
 from omnimorph.errors import InputError, nearest_name
 from omnimorph.version import __version__
 
-__all__ = ["COMMANDS", "main"]
-
 COMMANDS: dict[str, ModuleType] = {
     "vehicles": vehicles,
     "new-vehicle": new_vehicle,

@@ -20,8 +20,6 @@ from omnimorph.results.folder import replaced_text
 if TYPE_CHECKING:
     from omnimorph.viewer.frames import Flight
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "look at a flight or at a vehicle in 3-D, in the browser or as a picture"
 NEEDS = ("omnimorph.results.store", "omnimorph.analysis")
 

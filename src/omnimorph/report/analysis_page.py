@@ -27,8 +27,6 @@ from omnimorph.version import __version__
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["PAGE", "write_analysis_page"]
-
 PAGE = "analysis.html"
 """Name of the file."""
 

@@ -23,8 +23,6 @@ from omnimorph.report.analysis_text import (
 from omnimorph.report.tables import degrees, number, tilt_text
 from omnimorph.units import from_SI
 
-__all__ = ["KeyPoint", "description", "ignored", "key_points"]
-
 
 class KeyPoint(NamedTuple):
     """One line of the summary: what it is about, in bold, and how it goes on."""

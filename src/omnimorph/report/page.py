@@ -10,8 +10,6 @@ from omnimorph.report.tables import number
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["Picture", "render_page", "templates_of"]
-
 
 @dataclass(frozen=True)
 class Picture:

@@ -25,15 +25,6 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.own_folder import own_folder
 
-__all__ = [
-    "COMPARISON_SCHEMA",
-    "SCENARIO",
-    "Compared",
-    "compare",
-    "comparison_data",
-    "write_comparison",
-]
-
 COMPARISON_SCHEMA = "omnimorph comparison"
 """What ``results.json`` says it is."""
 SCENARIO = "tour"

@@ -14,8 +14,6 @@ from omnimorph.results.folder import staged
 from omnimorph.results.temporary import is_temporary
 from omnimorph.studies.flight_log import is_flight_log
 
-__all__ = ["FLIGHTS", "check_own", "own_folder"]
-
 _MARK = "results.json"
 _LARGEST_MARK = 64 * MEGABYTE
 FLIGHTS = "flights.jsonl"

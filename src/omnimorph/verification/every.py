@@ -20,8 +20,6 @@ from omnimorph.verification import (
 )
 from omnimorph.verification.case import Case, Result
 
-__all__ = ["CASES", "run_cases"]
-
 _SUBJECTS = (
     *(wrench_map, force_sets, morphing, integration, momentum, motors),
     *(actuators, pushes, noise, stand, hovering, symmetry),

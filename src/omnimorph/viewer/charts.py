@@ -16,8 +16,6 @@ from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.frames import Flight
 
-__all__ = ["PIECES", "Chart", "Charts", "Curve", "add_plots", "charts_of"]
-
 PIECES = 180
 """Each curve is drawn with the least and the largest value in so many pieces of time."""
 

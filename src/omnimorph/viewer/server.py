@@ -13,18 +13,6 @@ from typing import Any
 
 from omnimorph.errors import InputError
 
-__all__ = [
-    "LOOPBACK",
-    "Viser",
-    "address_of",
-    "check_port",
-    "in_numbers",
-    "is_loopback",
-    "new_server",
-    "stop",
-    "viser_module",
-]
-
 LOOPBACK = "127.0.0.1"
 
 Viser = Any

@@ -36,19 +36,6 @@ from omnimorph.studies.reproduction.flights import A, B, pose_only, with_effects
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 
-__all__ = [
-    "LESS",
-    "METRICS",
-    "MORE",
-    "PERFECT",
-    "REFERENCE",
-    "Ablation",
-    "Condition",
-    "Lag",
-    "count_ablation",
-    "fly_ablation",
-]
-
 CASES = (A, B)
 PERFECT, LESS = "perfect plant, plus one", "realistic plant, less one"
 MORE, REFERENCE = "realistic plant, plus one", "realistic plant, another reference"

@@ -34,15 +34,6 @@ from omnimorph.studies.reproduction.spread import share_interval, spread_of
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge, survival_holds
 from omnimorph.units import from_SI
 
-__all__ = [
-    "Degraded",
-    "PaperLoss",
-    "count_degraded",
-    "fly_degraded",
-    "fly_paper_losses",
-    "paper_loss",
-]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaperLoss:

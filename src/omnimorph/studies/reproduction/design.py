@@ -22,8 +22,6 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.printed_matrix import PrintedMatrix, compare_printed_matrix
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 
-__all__ = ["CounterExample", "Design", "examine_design"]
-
 VEHICLE = "omnimorph"
 _ANALYZE = f"omnimorph analyze {VEHICLE}"
 _ERRATA = "pytest tests/paper/test_errata.py"

@@ -23,21 +23,6 @@ from omnimorph.studies.many_flights import Job, fly_runs
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
-__all__ = [
-    "A",
-    "B",
-    "FIXED_A",
-    "FIXED_B",
-    "SCENARIOS",
-    "W3",
-    "PaperFlights",
-    "Variant",
-    "count_flights",
-    "fly_paper",
-    "pose_only",
-    "with_effects",
-]
-
 A, B, W3 = "paper-case-a", "paper-case-b", "paper-case-b-w3"
 FIXED_A, FIXED_B = "paper-fixed-45-a", "paper-fixed-45-b"
 SCENARIOS = (A, B, W3, FIXED_A, FIXED_B)

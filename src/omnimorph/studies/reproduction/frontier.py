@@ -32,15 +32,6 @@ from omnimorph.studies.reproduction.lost_thrust import (
 )
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 
-__all__ = [
-    "Frontier",
-    "PhysicalLimits",
-    "count_frontiers",
-    "fly_dead_rotors",
-    "physical_limits",
-    "search_frontiers",
-]
-
 PhysicalLimits = dict[tuple[str, float], float]
 """A share of the thrust, by the kind of loss and the limit of rotor speed, rad/s."""
 

@@ -22,19 +22,6 @@ from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 from omnimorph.studies.reproduction.verdicts import Verdict, is_near
 
-__all__ = [
-    "CASES",
-    "ERRORS",
-    "FITTED_GAIN",
-    "GAIN_WITHOUT_A_ZERO",
-    "MOMENTUM_AND_WAKES",
-    "WITH_MOMENTUM",
-    "Hypothesis",
-    "count_hypotheses",
-    "error_claims",
-    "fly_hypotheses",
-]
-
 CASES = (A, B, W3)
 ERRORS = ("position_error_mean_m", "attitude_error_paper")
 """What is to be explained: three numbers of each."""

@@ -16,8 +16,6 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 from omnimorph.units import to_SI
 
-__all__ = ["Experiment", "StandTest", "replay_experiment"]
-
 _SETTLED = 2.0  # s at the end of the highest step, over which forces are averaged
 
 

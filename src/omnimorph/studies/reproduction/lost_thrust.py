@@ -21,20 +21,6 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.flights import A, B, with_effects
 
-__all__ = [
-    "CASES",
-    "KEPT_WITHIN_DEG",
-    "KEPT_WITHIN_M",
-    "KINDS",
-    "NOT_LOST",
-    "POSE_KEPT",
-    "Share",
-    "count_met",
-    "degrade",
-    "speed_limits",
-    "with_speed_limit",
-]
-
 CASES = (A, B)
 KINDS = ("all rotors", "lower rotors")
 NOT_LOST, POSE_KEPT = "not lost", "pose kept"

@@ -28,8 +28,6 @@ from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import Judged, Verdict, is_near
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
-__all__ = ["command", "page_text", "results_text"]
-
 
 def page_text(
     results: Results,

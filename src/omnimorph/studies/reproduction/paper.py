@@ -9,8 +9,6 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-__all__ = ["PaperClaim", "bench", "claims", "printed_matrix", "reference"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PaperClaim:

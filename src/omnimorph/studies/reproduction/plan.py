@@ -10,8 +10,6 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
 
-__all__ = ["FlyJobs", "Plan", "fly_over_seeds", "runs_of"]
-
 FlyJobs = Callable[[Sequence[Job], str], list[FlightResult]]
 """Flies jobs and returns what came of them, in their order; the text says what they are for."""
 Name = TypeVar("Name", bound=Hashable)

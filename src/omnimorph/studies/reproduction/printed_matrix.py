@@ -14,8 +14,6 @@ import numpy as np
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.studies.reproduction import paper
 
-__all__ = ["Entry", "Factors", "PrintedMatrix", "compare_printed_matrix", "factors_of"]
-
 Factors = dict[str, int]
 """Of c, s, Lc, Ls, kc and ks; what is not there is zero."""
 

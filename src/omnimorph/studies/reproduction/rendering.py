@@ -39,8 +39,6 @@ from omnimorph.units import from_SI
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["as_table", "render", "templates"]
-
 
 def render(template: str, **content: Any) -> str:
     """Return a file of ``templates``, filled in: HTML, whose texts are escaped, or Markdown."""

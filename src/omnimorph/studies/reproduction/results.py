@@ -14,8 +14,6 @@ from omnimorph.studies.reproduction.hypotheses import Hypothesis
 from omnimorph.studies.reproduction.interference import Experiment
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
 
-__all__ = ["Results"]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Results:

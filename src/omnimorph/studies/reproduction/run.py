@@ -48,8 +48,6 @@ from omnimorph.studies.reproduction.tilt_choice import (
 )
 from omnimorph.studies.reproduction.verdicts import Judged
 
-__all__ = ["SCHEMA", "reproduce"]
-
 Progress = Callable[[float, float, str], None]
 
 SCHEMA = "omnimorph reproduction"

@@ -10,8 +10,6 @@ import numpy as np
 
 from omnimorph.studies.flight_log import FlightResult
 
-__all__ = ["Spread", "share_interval", "spread_of"]
-
 
 class Spread(NamedTuple):
     """One metric over the seeds of one flight.

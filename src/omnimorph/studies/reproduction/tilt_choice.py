@@ -24,18 +24,6 @@ from omnimorph.studies.reproduction.flights import A, B
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
-__all__ = [
-    "CASES",
-    "Choice",
-    "Gap",
-    "LowerBound",
-    "TiltChoice",
-    "count_choices",
-    "find_lower_bound",
-    "fly_choices",
-    "measure_gaps",
-]
-
 CASES = (A, B)
 THREE, WINDOW, RANGE = "three candidates", "exhaustive, window", "exhaustive, range"
 _IN_WINDOW, _IN_RANGE = 21, 61

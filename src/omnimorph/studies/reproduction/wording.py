@@ -8,8 +8,6 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_LABELS", "difference_text", "mean_text", "spread_text", "with_unit"]
-
 FLIGHT_LABELS = {
     A: "Case A",
     B: "Case B",

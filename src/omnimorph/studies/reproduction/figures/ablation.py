@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["AblationPanel", "AblationRow", "ablation", "draw_ablation"]
-
 _ROW = 0.18  # height of a row, inches: two dots above each other, letters of 8 pt
 _APART = 0.4  # of the marks within a row
 _LINE = 11.0  # of a number above a panel, points

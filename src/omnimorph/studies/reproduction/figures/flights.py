@@ -18,8 +18,6 @@ from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
-__all__ = ["degraded_flights", "energy_rows", "paper_means", "variant_flights"]
-
 
 def energy_rows(flights: PaperFlights) -> list[summary.EnergyRow]:
     """Return the energies of each flight, ours and the paper's."""

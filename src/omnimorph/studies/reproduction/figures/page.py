@@ -41,8 +41,6 @@ from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["N_PICTURES", "draw_pictures"]
-
 N_PICTURES = 20
 """How many figures there are."""
 

@@ -30,8 +30,6 @@ _OURS: Any = {"marker": "o", "markersize": 5.5, "linestyle": "none"}
 _PERFECT: Any = {"marker": "x", "markersize": 5.5, "linestyle": "none", "markeredgewidth": 1.2}
 _PAPER: Any = {"marker": "D", "markersize": 7.0, "linestyle": "none", "markerfacecolor": "white"}
 
-__all__ = ["EnergyRow", "energies", "overview", "tilt_by_plant"]
-
 
 @dataclass(frozen=True)
 class EnergyRow:

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["cost_gaps", "energy_by_choice", "tilt_by_choice"]
-
 _POINTS, _SMALLEST = 300, 1e-6  # of a curve; the least gap that is distinguished from none
 _BOUND: dict[str, Any] = {"linewidth": 0.9, "zorder": 1}
 _WIDEST, _NARROWER = 3.4, 1.1  # of the first curve, and how much less the next ones, points

@@ -85,6 +85,17 @@ def number_at_least(option: str, least: float, allowed: str) -> Callable[[str], 
     return read
 
 
+def add_out(parser: ArgumentParser, help: str) -> None:
+    """Add ``--out``, the folder into which a command writes."""
+    parser.add_argument("--out", type=folder, metavar="DIR", help=help)
+
+
+def add_vehicle(parser: ArgumentParser) -> None:
+    """Add the vehicle that a command is about."""
+    named = "a name that `omnimorph vehicles` lists, or a TOML file"
+    parser.add_argument("vehicle", metavar="VEHICLE", help=named)
+
+
 def one_of_the_list(parser: ArgumentParser, what: str) -> None:
     """Add the optional argument of a command that lists a catalogue, or shows one entry of it."""
     parser.add_argument(

@@ -85,10 +85,7 @@ def steps(fit: RotorFit) -> Figure:
     """
     figure, axes = new_figure(3.0, 1, 2, sharey=True)
     for panel, up, constant in zip(
-        axes[0],
-        (True, False),
-        (fit.time_constant_up, fit.time_constant_down),
-        strict=True,
+        axes[0], (True, False), (fit.time_constant_up, fit.time_constant_down), strict=True
     ):
         fitted = [step for step in fit.steps if step.up == up]
         word = "up" if up else "down"

@@ -42,13 +42,7 @@ def render_page(template: str, **content: Any) -> str:
 
 def templates_of(*packages: str) -> Environment:
     """Return the templates of packages, beside those here; text put into HTML is escaped."""
-    from jinja2 import (
-        ChoiceLoader,
-        Environment,
-        PackageLoader,
-        StrictUndefined,
-        select_autoescape,
-    )
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, select_autoescape
 
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(name) for name in (__package__, *packages)]),

@@ -52,19 +52,11 @@ METRICS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Condition:
-    """One way to fly, and what came of it.
+    """One way to fly, and what came of it."""
 
-    Attributes
-    ----------
-    group, label : str
-        What it is compared with, and what is different.
-    flown : mapping of scenario name to list of FlightResult
-        One for each seed.
-    """
-
-    group: str
-    label: str
-    flown: Mapping[str, list[FlightResult]]
+    group: str  # what it is compared with
+    label: str  # what is different
+    flown: Mapping[str, list[FlightResult]]  # scenario -> one for each seed
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds."""

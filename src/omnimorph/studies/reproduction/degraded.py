@@ -37,25 +37,13 @@ from omnimorph.units import from_SI
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaperLoss:
-    """One of the losses the paper flies.
+    """One of the losses the paper flies."""
 
-    Attributes
-    ----------
-    key : str
-        The claim about it.
-    scenario : str
-    loss : float
-        Share of the thrust.
-    speed_limit : float, rad/s
-    flown : list of FlightResult
-        One for each seed.
-    """
-
-    key: str
+    key: str  # of the claim about it
     scenario: str
-    loss: float
-    speed_limit: float
-    flown: list[FlightResult]
+    loss: float  # share of the thrust
+    speed_limit: float  # rad/s
+    flown: list[FlightResult]  # one for each seed
 
     def share(self, criterion: str) -> Share:
         """Return how many flights met a criterion, of how many."""
@@ -64,20 +52,13 @@ class PaperLoss:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Degraded:
-    """What came of all flights with less thrust.
-
-    Attributes
-    ----------
-    losses : list of PaperLoss
-    frontiers : list of Frontier
-    dead : mapping of (scenario name, criterion) to list of (met it, flown)
-        One rotor gives no thrust at all; one entry a rotor.
-    judged : list of Judged
-    """
+    """What came of all flights with less thrust."""
 
     losses: list[PaperLoss]
     frontiers: list[Frontier]
-    dead: Mapping[tuple[str, str], list[Share]]
+    dead: Mapping[
+        tuple[str, str], list[Share]
+    ]  # scenario, criterion -> a share for each dead rotor
     judged: list[Judged]
 
     def as_dict(self) -> dict[str, Any]:

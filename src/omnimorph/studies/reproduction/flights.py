@@ -34,58 +34,31 @@ _TINY_NOISE = 1e-5  # m, m/s, rad and rad/s, 1σ
 
 @dataclass(frozen=True)
 class Variant:
-    """Case A and Case B in a plant without imperfection, but for its step or a tiny noise.
+    """Case A and Case B in a plant without imperfection, but for its step or a tiny noise."""
 
-    Attributes
-    ----------
-    step : float, s
-        Of physics and control.
-    noise : float, m, m/s, rad, rad/s
-        One standard deviation of every measurement.
-    run : Run
-        Of Case A.
-    b : FlightResult
-        What came of Case B in the same plant.
-    """
-
-    step: float
-    noise: float
-    run: Run
-    b: FlightResult
+    step: float  # s, of physics and control
+    noise: float  # m, m/s, rad and rad/s, 1σ of every measurement
+    run: Run  # of Case A
+    b: FlightResult  # of Case B in the same plant
 
 
 @dataclass(frozen=True, kw_only=True)
 class PaperFlights:
-    """What came of the paper's flights; mappings are by the name of the scenario.
+    """What came of the paper's flights, by the name of the scenario: one result for each seed.
 
-    Attributes
-    ----------
-    seeds : range
-        Of the realistic plant.
-    runs : mapping to Run
-        The first seed in the realistic plant, for the figures.
-    realistic : mapping to list of FlightResult
-        One for each seed.
-    perfect : mapping to FlightResult
-        In the perfect plant, which needs no seed.
-    without_momentum : mapping to list of FlightResult
-        As realistic, but the spinning rotors carry no angular momentum (the plant ``realistic-1``).
-    pose_only : mapping to list of FlightResult
-        Without momentum, and with a reference without velocity and acceleration feed-forward.
-    in_wakes : mapping to list of FlightResult
-        As realistic, with rotors that blow on one another.
-    variants : list of Variant
-        Perfect plants that ought to agree.
+    Without momentum (the plant ``realistic-1``) the spinning rotors carry no angular momentum, and
+    so with the pose only, a reference without velocity and acceleration feed-forward; in wakes
+    rotors blow on one another.
     """
 
     seeds: range
-    runs: Mapping[str, Run]
+    runs: Mapping[str, Run]  # the first seed in the realistic plant, for the figures
     realistic: Mapping[str, list[FlightResult]]
-    perfect: Mapping[str, FlightResult]
+    perfect: Mapping[str, FlightResult]  # needs no seed
     without_momentum: Mapping[str, list[FlightResult]]
     pose_only: Mapping[str, list[FlightResult]]
     in_wakes: Mapping[str, list[FlightResult]]
-    variants: list[Variant]
+    variants: list[Variant]  # perfect plants that ought to agree
 
     def values(self, scenario: str, metric: str) -> FloatArray:
         """Return a metric of the completed realistic flights of a scenario."""

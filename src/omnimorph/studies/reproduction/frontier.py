@@ -40,29 +40,19 @@ _LARGEST_LOSS = {"all rotors": 0.9, "lower rotors": 0.98}  # where nothing flies
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Frontier:
-    """How the share of flights that survive falls with the loss of thrust.
+    """How the share of flights that survive falls with the loss of thrust, a share as well.
 
-    Attributes
-    ----------
-    scenario, kind, criterion : str
-        Which case, which rotors lose thrust, and what counts: `NOT_LOST` or `POSE_KEPT`.
-    speed_limit : float, rad/s
-        Of every rotor, for the controller and the plant.
-    survived : mapping of loss to (met the criterion, flown)
-        At every loss that was tried; the loss is a share of the thrust.
-    bracket : (float, float)
-        The largest loss tried at which at least half do, and the next one tried, that fewer do.
-    physical_limit : float
-        The largest loss at which the weight can be held, as a share.
+    The bracket is the largest loss tried at which at least half of them do, and the next one tried,
+    that fewer do.
     """
 
     scenario: str
-    kind: str
-    criterion: str
-    speed_limit: float
-    survived: Mapping[float, Share]
+    kind: str  # which rotors lose thrust
+    criterion: str  # what counts: `NOT_LOST` or `POSE_KEPT`
+    speed_limit: float  # rad/s, of every rotor, for the controller and the plant
+    survived: Mapping[float, Share]  # at every loss that was tried
     bracket: tuple[float, float]
-    physical_limit: float
+    physical_limit: float  # the largest loss at which the weight can be held
 
 
 def count_frontiers(plan: Plan) -> int:

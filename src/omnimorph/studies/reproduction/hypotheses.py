@@ -45,24 +45,12 @@ class _Change(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Hypothesis:
-    """One way to read the paper, and what came of it.
+    """One way to read the paper, and what came of it."""
 
-    Attributes
-    ----------
-    label : str
-        What is different from the paper's text.
-    verdict : Verdict or None
-        What a number is called that it explains; None where nothing but the paper's text is flown.
-    against : str
-        What speaks against it beside its numbers; may be empty.
-    flown : mapping of scenario name to list of FlightResult
-        One for each seed.
-    """
-
-    label: str
-    verdict: Verdict | None
-    against: str
-    flown: Mapping[str, list[FlightResult]]
+    label: str  # what is different from the paper's text
+    verdict: Verdict | None  # of what it explains; None: flown as the paper states it
+    against: str  # what speaks against it beside its numbers; may be empty
+    flown: Mapping[str, list[FlightResult]]  # scenario -> one for each seed
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds, in the unit of the paper's claims."""

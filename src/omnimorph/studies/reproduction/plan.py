@@ -16,25 +16,13 @@ Name = TypeVar("Name", bound=Hashable)
 
 
 class Plan(NamedTuple):
-    """How many flights each question gets.
+    """How many flights each question gets."""
 
-    Attributes
-    ----------
-    seeds : range
-        Of each of the paper's flights; the figures show the first.
-    repeats : int
-        Seeds of each plant of the ablation, and of each way to choose the tilt.
-    loss_seeds, loss_rounds : int
-        Seeds at each loss of thrust, and halvings of the interval in which the limit lies.
-    quick : bool
-        Whether this is the quick one.
-    """
-
-    seeds: range
-    repeats: int
-    loss_seeds: int
-    loss_rounds: int
-    quick: bool
+    seeds: range  # of each of the paper's flights; the figures show the first
+    repeats: int  # seeds of each plant of the ablation, and of each way to choose the tilt
+    loss_seeds: int  # at each loss of thrust
+    loss_rounds: int  # halvings of the interval in which the limit lies
+    quick: bool  # whether this is the quick one
 
     @classmethod
     def whole(cls, first_seed: int = 0, seeds: int = 20) -> Self:

@@ -113,13 +113,7 @@ class _Work:
         self.plan, self.log = plan, log
         self.flown: dict[str, list[tuple[Job, FlightResult]]] = {}
         self._progress, self._done = progress, 0
-        counts = (
-            count_flights,
-            count_hypotheses,
-            count_ablation,
-            count_degraded,
-            count_choices,
-        )
+        counts = (count_flights, count_hypotheses, count_ablation, count_degraded, count_choices)
         self._total = sum(count(plan) for count in counts) + N_PICTURES
 
     def find(self) -> Results:

@@ -33,37 +33,20 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Choice:
-    """One method to choose the tilt; mappings are by the name of the scenario.
-
-    Attributes
-    ----------
-    label : str
-    runs : mapping to Run
-        The first seed, for the figure.
-    flown : mapping to list of FlightResult
-        One for each seed.
-    """
+    """One method to choose the tilt; mappings are by the name of the scenario."""
 
     label: str
-    runs: Mapping[str, Run]
-    flown: Mapping[str, list[FlightResult]]
+    runs: Mapping[str, Run]  # the first seed, for the figure
+    flown: Mapping[str, list[FlightResult]]  # one for each seed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gap:
-    """How much more each step of the paper's rule costs than the best there is.
-
-    Attributes
-    ----------
-    scenario, span : str
-        Which case; the best of what: `WINDOW` or `RANGE`.
-    gap : (S,) array
-        (cost − least) / least at each control step of a flight.
-    """
+    """How much more each step of the paper's rule costs than the best there is."""
 
     scenario: str
-    span: str
-    gap: FloatArray
+    span: str  # the best of what: `WINDOW` or `RANGE`
+    gap: FloatArray  # (S,): (cost − least) / least at each control step of a flight
 
     @property
     def median(self) -> float:
@@ -78,17 +61,11 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LowerBound:
-    """The least power with which the trajectory's exact wrench can be made, at each instant.
+    """The least power with which the trajectory's exact wrench can be made, at K instants."""
 
-    Attributes
-    ----------
-    time, tilt, power : (K,) arrays, s, rad and W
-        When, the best tilt there, and what it costs.
-    """
-
-    time: FloatArray
-    tilt: FloatArray
-    power: FloatArray
+    time: FloatArray  # (K,), s
+    tilt: FloatArray  # (K,), rad: the best there
+    power: FloatArray  # (K,), W
 
     @property
     def energy(self) -> float:

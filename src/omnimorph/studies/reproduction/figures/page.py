@@ -29,12 +29,7 @@ from omnimorph.studies.reproduction.figures.tilt_choice import (
     energy_by_choice,
     tilt_by_choice,
 )
-from omnimorph.studies.reproduction.flights import (
-    FIXED_A,
-    FIXED_B,
-    A,
-    B,
-)
+from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, A, B
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 

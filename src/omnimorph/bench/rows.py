@@ -334,13 +334,7 @@ def _process_rows(done: list[Round]) -> list[Measurement]:
             [one.flight.wall for one in done],
             1.5,
         ),
-        _row(
-            "cold_flight_MB",
-            "its peak memory",
-            "MB",
-            [one.flight.memory for one in done],
-            150.0,
-        ),
+        _row("cold_flight_MB", "its peak memory", "MB", [one.flight.memory for one in done], 150.0),
         _row(
             "import_s",
             "`python -c 'import omnimorph'`, Python's own start included",
@@ -348,11 +342,5 @@ def _process_rows(done: list[Round]) -> list[Measurement]:
             [one.importing.wall for one in done],
             0.25,
         ),
-        _row(
-            "help_s",
-            "`omnimorph --help`",
-            "s",
-            [one.help.wall for one in done],
-            0.35,
-        ),
+        _row("help_s", "`omnimorph --help`", "s", [one.help.wall for one in done], 0.35),
     ]

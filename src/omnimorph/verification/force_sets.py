@@ -217,33 +217,31 @@ def _sideways(share: float, *, zero_moment: bool, drag_share: float = 1.0) -> fl
     return force_set(weak, np.pi / 3, zero_moment=zero_moment).reach(_SIDE)
 
 
+def _forces_left(weaker: float, weak: float, *, zero_moment: bool, less_drag: bool) -> Result:
+    """Compare with the forces, N, that 65 and 70 % of the thrust give."""
+    errors = [
+        _sideways(share, zero_moment=zero_moment, drag_share=share if less_drag else 1.0) - force
+        for share, force in ((0.65, weaker), (0.7, weak))
+    ]
+    return Result(value=largest(errors), tolerance=5e-3, unit="N")
+
+
 @case("closed form: 2 √3 of what a rotor gives")
 def weak_rotors_push_sideways() -> Result:
     """With 35 and 30 % of thrust lost, 12.07 and 12.99 N are left sideways at 60°, moments free."""
-    errors = [
-        _sideways(share, zero_moment=False) - force
-        for share, force in ((0.65, 12.07), (0.7, 12.99))
-    ]
-    return Result(value=largest(errors), tolerance=5e-3, unit="N")
+    return _forces_left(12.07, 12.99, zero_moment=False, less_drag=False)
 
 
 @case("a share of the exact force of sound rotors")
 def weak_rotors_push_sideways_without_a_moment() -> Result:
     """At zero moment 11.73 and 12.63 N are left if the drag of the rotors falls as well."""
-    errors = [
-        _sideways(share, zero_moment=True, drag_share=share) - force
-        for share, force in ((0.65, 11.73), (0.7, 12.63))
-    ]
-    return Result(value=largest(errors), tolerance=5e-3, unit="N")
+    return _forces_left(11.73, 12.63, zero_moment=True, less_drag=True)
 
 
 @case("the linear programmes of the next case")
 def weak_rotors_with_all_their_drag() -> Result:
     """If it does not, drag takes more of the moments, and 11.56 and 12.49 N are left."""
-    errors = [
-        _sideways(share, zero_moment=True) - force for share, force in ((0.65, 11.56), (0.7, 12.49))
-    ]
-    return Result(value=largest(errors), tolerance=5e-3, unit="N")
+    return _forces_left(11.56, 12.49, zero_moment=True, less_drag=False)
 
 
 @case(_PROGRAMMES)

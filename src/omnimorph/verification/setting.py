@@ -81,10 +81,7 @@ def plant_with(
     vehicle = omnimorph() if vehicle is None else vehicle
     before = command(0.0, vehicle=vehicle) if first is None else first
     model = PlantModel(
-        physics_step=step,
-        control_period=step,
-        integrator=integrator,
-        effects=effects,
+        physics_step=step, control_period=step, integrator=integrator, effects=effects
     )
     plant = SimulatedPlant(
         vehicle,

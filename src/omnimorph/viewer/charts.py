@@ -303,9 +303,5 @@ def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
 
 
 def _curve_style(shade: colours.Colour, flight: int) -> dict[str, Any]:
-    style: dict[str, Any] = {
-        "stroke": colours.css(shade),
-        "width": 1.3,
-        "points": {"show": False},
-    }
+    style: dict[str, Any] = {"stroke": colours.css(shade), "width": 1.3, "points": {"show": False}}
     return style | ({"dash": _DASHES[flight]} if flight else {})

@@ -41,11 +41,7 @@ class ExplorerPage:
     """
 
     def __init__(
-        self,
-        server: Any,
-        vehicle: Vehicle,
-        tilt: FloatArray | None = None,
-        out: Path | None = None,
+        self, server: Any, vehicle: Vehicle, tilt: FloatArray | None = None, out: Path | None = None
     ) -> None:
         self._server, self._out = server, out
         self._lock = threading.RLock()

@@ -52,13 +52,14 @@ class PaperLoss:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Degraded:
-    """What came of all flights with less thrust."""
+    """What came of all flights with less thrust.
+
+    `dead` has, by scenario and criterion, a share for each rotor that gives no thrust at all.
+    """
 
     losses: list[PaperLoss]
     frontiers: list[Frontier]
-    dead: Mapping[
-        tuple[str, str], list[Share]
-    ]  # scenario, criterion -> a share for each dead rotor
+    dead: Mapping[tuple[str, str], list[Share]]
     judged: list[Judged]
 
     def as_dict(self) -> dict[str, Any]:
@@ -130,8 +131,8 @@ def paper_loss(key: str, speed_limit: float | None = None) -> Scenario:
 def fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
     """Fly what the paper flew with less thrust, at both limits of speed, over the seeds."""
     limits = speed_limits(load_scenario(A).vehicle)
-    lossy = {(key, limit): paper_loss(key, limit) for key in _PAPER_KEYS for limit in limits}
-    flown = fly_over_seeds(lossy, plan.seeds, fly_jobs, "the paper's losses of thrust")
+    weakened = {(key, limit): paper_loss(key, limit) for key in _PAPER_KEYS for limit in limits}
+    flown = fly_over_seeds(weakened, plan.seeds, fly_jobs, "the paper's losses of thrust")
     return [
         PaperLoss(
             key=key,

@@ -104,11 +104,11 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
     """Fly the paper's scenarios over the seeds, in the realistic and in the perfect plant."""
     scenarios = {name: load_scenario(name) for name in SCENARIOS}
     perfect, no_momentum = load_plant("perfect"), load_plant("realistic-1")
-    still = {name: replace(one, plant=perfect) for name, one in scenarios.items()}
-    unspun = {name: replace(one, plant=no_momentum) for name, one in scenarios.items()}
-    unled = {name: pose_only(one) for name, one in unspun.items()}
+    ideal = {name: replace(one, plant=perfect) for name, one in scenarios.items()}
+    without_momentum = {name: replace(one, plant=no_momentum) for name, one in scenarios.items()}
+    without_rates = {name: pose_only(one) for name, one in without_momentum.items()}
     in_wakes = {name: with_effects(one, Interference()) for name, one in scenarios.items()}
-    in_still = fly_over_seeds(still, [0], fly_jobs, "the perfect plant")
+    once = fly_over_seeds(ideal, [0], fly_jobs, "the perfect plant")
 
     def over_seeds(flown: Mapping[str, Scenario], purpose: str) -> dict[str, list[FlightResult]]:
         return fly_over_seeds(flown, plan.seeds, fly_jobs, purpose)
@@ -117,9 +117,9 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
         seeds=plan.seeds,
         runs=runs_of(scenarios, plan.seeds[0]),
         realistic=over_seeds(scenarios, "the paper's flights"),
-        perfect={name: flown for name, (flown,) in in_still.items()},
-        without_momentum=over_seeds(unspun, "rotors without momentum"),
-        pose_only=over_seeds(unled, "references without feed-forward"),
+        perfect={name: flown for name, (flown,) in once.items()},
+        without_momentum=over_seeds(without_momentum, "rotors without momentum"),
+        pose_only=over_seeds(without_rates, "references without feed-forward"),
         in_wakes=over_seeds(in_wakes, "rotors in one another's wakes"),
         variants=_fly_variants(scenarios, fly_jobs),
     )

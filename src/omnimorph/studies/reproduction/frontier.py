@@ -75,11 +75,11 @@ def search_frontiers(plan: Plan, fly_jobs: FlyJobs, physical: PhysicalLimits) ->
     seeds = plan.first_seeds(plan.loss_seeds)
     for _ in range(plan.loss_rounds):
         tried = [0.5 * (low + high) for low, high in intervals]
-        lossy = {
+        weakened = {
             i: degrade(with_speed_limit(scenarios[name], limit), tried[i], kind)
             for i, (name, kind, _, limit) in enumerate(searches)
         }
-        flown = fly_over_seeds(lossy, seeds, fly_jobs, "the largest loss that is survived")
+        flown = fly_over_seeds(weakened, seeds, fly_jobs, "the largest loss that is survived")
         for i, (loss, (low, high)) in enumerate(zip(tried, intervals, strict=True)):
             survived[i][loss] = count_met(flown[i], searches[i][2])
             intervals[i] = (loss, high) if survived[i][loss].at_least_half else (low, loss)

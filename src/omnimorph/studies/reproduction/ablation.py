@@ -32,11 +32,10 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction.flights import A, B, pose_only, with_effects
+from omnimorph.studies.reproduction.flights import CASES, A, pose_only, with_effects
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 
-CASES = (A, B)
 PERFECT, LESS = "perfect plant, plus one", "realistic plant, less one"
 MORE, REFERENCE = "realistic plant, plus one", "realistic plant, another reference"
 METRICS = (

@@ -27,6 +27,8 @@ A, B, W3 = "paper-case-a", "paper-case-b", "paper-case-b-w3"
 FIXED_A, FIXED_B = "paper-fixed-45-a", "paper-fixed-45-b"
 SCENARIOS = (A, B, W3, FIXED_A, FIXED_B)
 """What the paper flew, in the order of every table."""
+CASES = (A, B)
+"""Its two cases, which all further studies fly."""
 
 _STEPS = (0.5e-3, 1e-3, 2e-3, 4e-3)  # s, of the perfect plants that ought to agree
 _TINY_NOISE = 1e-5  # m, m/s, rad and rad/s, 1σ

@@ -18,9 +18,8 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.reproduction.flights import A, with_effects
+from omnimorph.studies.reproduction.flights import CASES, A, with_effects
 from omnimorph.studies.reproduction.lost_thrust import (
-    CASES,
     KINDS,
     NOT_LOST,
     POSE_KEPT,

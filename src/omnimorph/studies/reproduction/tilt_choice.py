@@ -20,11 +20,10 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.flights import CASES, A
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
-CASES = (A, B)
 THREE, WINDOW, RANGE = "three candidates", "exhaustive, window", "exhaustive, range"
 _IN_WINDOW, _IN_RANGE = 21, 61
 _BOUND_TILTS, _BOUND_PERIOD = 121, 0.04  # half a degree apart; s

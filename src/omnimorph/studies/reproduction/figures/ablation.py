@@ -25,9 +25,9 @@ from omnimorph.report.tables import number
 from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.ablation import CASES, Ablation, Condition
+from omnimorph.studies.reproduction.ablation import Ablation, Condition
 from omnimorph.studies.reproduction.figures.line_styles import DASHED
-from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.flights import CASES, A, B
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:

@@ -20,7 +20,8 @@ from omnimorph.report.style import (
     styled,
 )
 from omnimorph.studies.reproduction.figures.line_styles import DASHED, LINE_STYLES, ORDER
-from omnimorph.studies.reproduction.tilt_choice import CASES, WINDOW, Gap, TiltChoice
+from omnimorph.studies.reproduction.flights import CASES
+from omnimorph.studies.reproduction.tilt_choice import WINDOW, Gap, TiltChoice
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:

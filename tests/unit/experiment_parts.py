@@ -14,9 +14,10 @@ from omnimorph.simulation.thrust_stand import StandReading
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction.degraded import Degraded
 from omnimorph.studies.reproduction.figures.ablation import AblationPanel, AblationRow
+from omnimorph.studies.reproduction.flights import CASES
 from omnimorph.studies.reproduction.frontier import Frontier
 from omnimorph.studies.reproduction.interference import Experiment, StandTest
-from omnimorph.studies.reproduction.lost_thrust import CASES, KINDS, NOT_LOST, POSE_KEPT, Share
+from omnimorph.studies.reproduction.lost_thrust import KINDS, NOT_LOST, POSE_KEPT, Share
 from omnimorph.studies.reproduction.tilt_choice import (
     RANGE,
     WINDOW,

@@ -19,8 +19,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["AttitudeShare", "attitude_share", "single_attitudes"]
-
 _SAMPLED = 10_000
 _TURN = 2.0 * math.pi
 

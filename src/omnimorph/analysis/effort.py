@@ -20,8 +20,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Effort", "LeastEffort", "drag_power", "least_effort"]
-
 Effort = Literal["power", "norm"]
 
 _SOLVED, _NOT_SETTLED = 0.0, 2.0  # outcomes of the core; 1 is impossible, with a proof

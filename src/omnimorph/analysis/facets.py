@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from omnimorph import _core
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Facets", "deepest_point", "facets_of", "middle_point"]
-
 
 class Facets(NamedTuple):
     """Corners and facets of a set.

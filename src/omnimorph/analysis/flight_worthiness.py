@@ -14,8 +14,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["check_it_can_fly", "why_it_cannot_fly"]
-
 _LEAST_RANK = 4  # lift and three torques
 _TILTS = 13  # over the range that all servos share
 

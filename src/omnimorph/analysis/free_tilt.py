@@ -19,8 +19,6 @@ from omnimorph.errors import OmnimorphError, VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["dimension_over_tilts", "reach_over_tilts"]
-
 _APART = math.radians(5.0)
 _TOGETHER = 20  # linear programs solved as one: each call of the solver takes about 1 ms
 

@@ -25,8 +25,6 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 from omnimorph.reference.rows import ROTATION, are_rotations
 
-__all__ = ["HoverMap", "HoverPoint", "hover", "hover_map", "hover_power", "sphere_directions"]
-
 _TURN = 2.0 * math.pi
 
 

@@ -29,14 +29,6 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WakeModel
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "break_even_tilt",
-    "mass_break_even",
-    "mass_break_even_of",
-    "mechanism_share",
-    "solved_mass_break_even",
-]
-
 _SHARES = Range(0.0, 1e100)
 
 

@@ -22,15 +22,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "Omnidirectionality",
-    "inscribed_radius",
-    "level_hover_range",
-    "omnidirectional_range",
-    "omnidirectionality",
-    "tilt_of_largest_radius",
-]
-
 _UP = np.array([0.0, 0.0, 1.0])
 
 

@@ -25,8 +25,6 @@ from omnimorph.errors import OmnimorphError, VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Changes", "Slope", "slope_of_condition", "slope_of_power", "slope_of_radius"]
-
 _SAME = 1e-9  # shares of the largest: what differs by less is equal
 
 

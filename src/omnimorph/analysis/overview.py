@@ -16,11 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph.analysis.actuation import Actuation, SingularTilt, actuation, singular_tilts
 from omnimorph.analysis.attitude_share import AttitudeShare, attitude_share
 from omnimorph.analysis.hover import HoverMap, HoverPoint, hover, hover_map, sphere_directions
-from omnimorph.analysis.morphing import (
-    break_even_tilt,
-    mass_break_even_of,
-    mechanism_share,
-)
+from omnimorph.analysis.morphing import break_even_tilt, mass_break_even_of, mechanism_share
 from omnimorph.analysis.omnidirectional import (
     Omnidirectionality,
     inscribed_radius,
@@ -39,8 +35,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WakeModel, stacked_pairs
 from omnimorph.protocols import FloatArray
-
-__all__ = ["AtTilt", "Trade", "VehicleAnalysis", "WakeEffect", "analyze"]
 
 Progress = Callable[[float, float, str], None]
 

@@ -18,8 +18,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Platform", "lateral_reach", "lateral_reach_over_tilts", "platform"]
-
 _TILTS = 61
 _DIRECTIONS, _SIDES = 200, 36
 _KINDS = list(ActuationKind)  # from less to more

@@ -21,8 +21,6 @@ from omnimorph.arrays import as_numbers
 from omnimorph.errors import OmnimorphError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Sphere", "Polytope", "Zonotope", "nowhere"]
-
 _THIN = 1e-9  # shares of its size: what is nearer to a set than this belongs to it, or is flat
 
 

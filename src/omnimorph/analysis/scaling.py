@@ -20,18 +20,6 @@ from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "RANK_TOLERANCE",
-    "ThrustBox",
-    "checked_tilt",
-    "common_limits",
-    "radius_of_gyration",
-    "rank_of",
-    "searched_range",
-    "thrust_box",
-    "whitened",
-]
-
 RANK_TOLERANCE = 1e-9
 """A singular value below this share of the largest counts as zero."""
 

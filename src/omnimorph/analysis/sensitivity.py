@@ -29,8 +29,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix, tilt_derivative
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Derivatives", "Quantity", "Sensitivity", "sensitivity"]
-
 Quantity = Literal["radius_free_moment", "radius_zero_moment", "hover_power", "condition_number"]
 QUANTITIES: tuple[Quantity, ...] = (
     "radius_free_moment",

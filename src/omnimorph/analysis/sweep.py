@@ -14,8 +14,6 @@ from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.protocols import FloatArray
 
-__all__ = ["TiltSweep", "tilt_sweep"]
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class TiltSweep:

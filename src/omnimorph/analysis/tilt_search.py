@@ -14,8 +14,6 @@ import numpy as np
 
 from omnimorph.protocols import FloatArray
 
-__all__ = ["highest_point", "intervals_above_zero", "lowest_points"]
-
 _STEP = math.radians(0.5)
 _Curve = Callable[[float], float]
 

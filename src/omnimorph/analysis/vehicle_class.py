@@ -11,8 +11,6 @@ from __future__ import annotations
 from enum import Enum
 from typing import NamedTuple
 
-__all__ = ["ActuationKind", "ThrustKind", "VehicleClass", "actuation_kind", "thrust_kind"]
-
 
 class ActuationKind(Enum):
     """How much of the wrench can be changed at once, from rank F and the number of rotors."""

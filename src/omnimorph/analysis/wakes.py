@@ -26,8 +26,6 @@ from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WakeModel, thrust_lost
 from omnimorph.protocols import FloatArray
 
-__all__ = ["hover_in_wakes", "vehicle_in_wakes"]
-
 _EXACT = 1e-7  # of the weight: how well the wrench must be met
 _STEP = 1e-6  # of the largest speed, for difference quotients
 

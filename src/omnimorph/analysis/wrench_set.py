@@ -30,8 +30,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["force_set", "moment_set", "wrench_set"]
-
 
 def force_set(
     vehicle: VehicleLike,
@@ -102,14 +100,10 @@ def moment_set(
 
     Parameters
     ----------
-    vehicle : Vehicle
-        Geometry and thrust limits; its dead band is ignored.
-    tilt : float or (m,) array, rad
-        Of each servo.
+    vehicle, tilt, beyond_limits
+        As of `force_set`.
     force : (3,) array, N, in B, optional
         The force to be made at the same time, m g Rᵀ e3 for hover; without it forces are free.
-    beyond_limits : bool
-        Allow a tilt that the servos cannot reach.
 
     Returns
     -------
@@ -140,12 +134,8 @@ def wrench_set(vehicle: VehicleLike, tilt: ArrayLike, *, beyond_limits: bool = F
 
     Parameters
     ----------
-    vehicle : Vehicle
-        Geometry and thrust limits; its dead band is ignored.
-    tilt : float or (m,) array, rad
-        Of each servo.
-    beyond_limits : bool
-        Allow a tilt that the servos cannot reach.
+    vehicle, tilt, beyond_limits
+        As of `force_set`.
 
     Returns
     -------

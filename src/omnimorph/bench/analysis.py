@@ -19,20 +19,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "AnalysisTimes",
-    "RadiusTimes",
-    "Sampled",
-    "forces_of",
-    "hull_radius",
-    "nearly_moment_free",
-    "projected",
-    "random_thrusts",
-    "thrust_grid",
-    "time_analysis",
-    "time_radii",
-]
-
 SAMPLES = 100_000
 LITTLE = 0.01  # of the largest moment: what counts as none among random thrusts
 EXACT_CALLS = 20  # to each hull, as they are so much shorter

@@ -16,8 +16,6 @@ from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 
-__all__ = ["BatchTimes", "fly_all", "omnimorphs_per_s", "time_batches", "worn_plant"]
-
 VEHICLES = 1024
 CONTROL_PERIOD = 4e-3  # s, with every imperfection on
 

@@ -12,8 +12,6 @@ from types import ModuleType
 from omnimorph.errors import InputError
 from omnimorph.version import __version__
 
-__all__ = ["find_checkout", "import_peers"]
-
 
 def import_peers() -> ModuleType:
     """Import ``benchmarks.peers`` of the checkout this package lies in, or else we stand in.

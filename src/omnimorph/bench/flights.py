@@ -21,16 +21,6 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 
-__all__ = [
-    "JOINTLY",
-    "ControlTimes",
-    "LoopTimes",
-    "time_control_steps",
-    "time_joint_steps",
-    "time_loops",
-    "time_python_loop",
-]
-
 TEXTBOOK_DURATION = 0.25  # s of Case A: enough steps for a rate, few enough to take turns
 CONTROL_STEPS = 4000
 

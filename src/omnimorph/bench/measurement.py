@@ -8,8 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["BenchReport", "Measurement"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:

@@ -10,14 +10,6 @@ from typing import NamedTuple
 
 from omnimorph.machine.children import started
 
-__all__ = [
-    "ProcessCost",
-    "cost_of_analysis_page",
-    "cost_of_flight",
-    "cost_of_help",
-    "cost_of_import",
-]
-
 
 class ProcessCost(NamedTuple):
     """What a process took: wall time in s, from its start to its end, and its peak memory in MB."""

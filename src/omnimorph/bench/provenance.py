@@ -11,8 +11,6 @@ from pathlib import Path
 
 from omnimorph.version import __version__
 
-__all__ = ["provenance_of_machine"]
-
 
 def provenance_of_machine(peers: Sequence[str] = ()) -> dict[str, str]:
     """Return what the numbers depend on, name by name; `peers` are packages that may be missing."""

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from dataclasses import replace
+from typing import NamedTuple
 
 from omnimorph.bench.analysis import AnalysisTimes, RadiusTimes
 from omnimorph.bench.batches import BatchTimes
 from omnimorph.bench.flights import JOINTLY, ControlTimes, LoopTimes
 from omnimorph.bench.measurement import Measurement
 from omnimorph.bench.processes import ProcessCost
-
-__all__ = ["Round", "rows_of"]
-
-Aim = Literal["at least", "at most"]
 
 
 class Round(NamedTuple):
@@ -49,12 +46,11 @@ def _row(
     what: str,
     unit: str,
     samples: list[float],
-    target: float | None = None,
-    aim: Aim = "at most",
+    at_most: float | None = None,
+    at_least: float | None = None,
 ) -> Measurement:
-    return Measurement(
-        name=name, what=what, unit=unit, samples=tuple(samples), target=target, aim=aim
-    )
+    one = Measurement(name=name, what=what, unit=unit, samples=tuple(samples), target=at_most)
+    return one if at_least is None else replace(one, target=at_least, aim="at least")
 
 
 def _loop_rows(done: list[Round], warm_up: float) -> list[Measurement]:
@@ -66,16 +62,14 @@ def _loop_rows(done: list[Round], warm_up: float) -> list[Measurement]:
             "one vehicle, Case A, perfect plant, three QPs at every 1 kHz step, recorded",
             rate,
             [one.core_case_a for one in loops],
-            1.5e6,
-            "at least",
+            at_least=1.5e6,
         ),
         _row(
             "core_case_b_steps_per_s",
             "the same of Case B",
             rate,
             [one.core_case_b for one in loops],
-            1.5e6,
-            "at least",
+            at_least=1.5e6,
         ),
         _row(
             "whole_call_case_a_steps_per_s",
@@ -94,8 +88,7 @@ def _loop_rows(done: list[Round], warm_up: float) -> list[Measurement]:
             "Case A: core over textbook, in turns",
             "times",
             [one.core_case_a / one.textbook for one in loops],
-            200.0,
-            "at least",
+            at_least=200.0,
         ),
         _row(
             "core_textbook_difference_m",
@@ -123,16 +116,14 @@ def _batch_rows(done: list[Round]) -> list[Measurement]:
             "1024 OmniMorphs, perfect plant, three QPs at every 1 kHz step, on all cores",
             rate,
             [one.perfect for one in batches],
-            5e6,
-            "at least",
+            at_least=5e6,
         ),
         _row(
             "many_over_textbook",
             "the same over the textbook's one vehicle, in turns",
             "times",
             [one.batches.perfect / one.loops.textbook for one in done],
-            1000.0,
-            "at least",
+            at_least=1000.0,
         ),
         _row(
             "many_perfect_float32_steps_per_s",
@@ -145,24 +136,21 @@ def _batch_rows(done: list[Round]) -> list[Measurement]:
             f"the same on all cores ({batches[0].threads} threads) over one thread",
             "times",
             [one.perfect / one.one_thread for one in batches],
-            0.9 * batches[0].threads,
-            "at least",
+            at_least=0.9 * batches[0].threads,
         ),
         _row(
             "many_worn_steps_per_s",
             "1024 OmniMorphs, every imperfection on, control at 250 Hz, on all cores",
             rate,
             [one.worn for one in batches],
-            4e6,
-            "at least",
+            at_least=4e6,
         ),
         _row(
             "many_realistic_flights_per_s",
             "flights of 45 s in the realistic plant, on all cores; 10 000 in 150 s are 66.7",
             "flights/s",
             [one.whole_flights for one in batches],
-            10_000 / 150.0,
-            "at least",
+            at_least=10_000 / 150.0,
         ),
         _row(
             "many_largest_over_smallest",
@@ -211,8 +199,7 @@ def _python_rows(done: list[Round]) -> list[Measurement]:
             "flying with a trivial controller written in Python",
             "steps/s",
             [one.python_loop for one in done],
-            30e3,
-            "at least",
+            at_least=30e3,
         ),
     ]
 
@@ -336,13 +323,7 @@ def _process_rows(done: list[Round]) -> list[Measurement]:
             [one.flight.wall for one in done],
             1.5,
         ),
-        _row(
-            "cold_flight_MB",
-            "its peak memory",
-            "MB",
-            [one.flight.memory for one in done],
-            150.0,
-        ),
+        _row("cold_flight_MB", "its peak memory", "MB", [one.flight.memory for one in done], 150.0),
         _row(
             "import_s",
             "`python -c 'import omnimorph'`, Python's own start included",
@@ -350,11 +331,5 @@ def _process_rows(done: list[Round]) -> list[Measurement]:
             [one.importing.wall for one in done],
             0.25,
         ),
-        _row(
-            "help_s",
-            "`omnimorph --help`",
-            "s",
-            [one.help.wall for one in done],
-            0.35,
-        ),
+        _row("help_s", "`omnimorph --help`", "s", [one.help.wall for one in done], 0.35),
     ]

@@ -23,8 +23,6 @@ from omnimorph.bench.processes import (
 from omnimorph.bench.provenance import provenance_of_machine
 from omnimorph.bench.rows import Round, rows_of
 
-__all__ = ["measure"]
-
 Progress = Callable[[int, int], None]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import json
 import math
 import textwrap
 from collections.abc import Callable
@@ -12,15 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import angles_in_degrees, folder
+from omnimorph.cli.arguments import add_out, add_vehicle, angles_in_degrees
 from omnimorph.errors import InputError
 
 if TYPE_CHECKING:
     from omnimorph import Vehicle
     from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
     from omnimorph.protocols import FloatArray
-
-__all__ = ["SUMMARY", "add_arguments", "answer"]
 
 _PAGE = "analysis.html"
 SUMMARY = "analyse a vehicle: actuation, force and moment sets, hover power, morphing"
@@ -29,11 +26,7 @@ NEEDS = ("omnimorph.analysis", "omnimorph.design.schema", "scipy.optimize", "sci
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument(
-        "vehicle",
-        metavar="VEHICLE",
-        help="a name that `omnimorph vehicles` lists, or a TOML file",
-    )
+    add_vehicle(parser)
     parser.add_argument(
         "--tilt",
         type=angles_in_degrees,
@@ -42,16 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: where the radius at zero moment is largest)",
     )
     parser.add_argument(
-        "--beyond-limits",
-        action="store_true",
-        help="allow a tilt that the servos cannot reach",
+        "--beyond-limits", action="store_true", help="allow a tilt that the servos cannot reach"
     )
-    parser.add_argument(
-        "--out",
-        type=folder,
-        metavar="DIR",
-        help="write analysis.html, its figures and results.json there",
-    )
+    add_out(parser, "write analysis.html, its figures and results.json there")
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
@@ -84,14 +70,12 @@ def _written(ask: Callable[[], VehicleAnalysis], out: Path) -> VehicleAnalysis:
     """Analyse and write everything into a folder that was found fit for it before."""
     from omnimorph.report.analysis_data import ANALYSIS_SCHEMA, analysis_data
     from omnimorph.report.analysis_page import write_analysis_page
-    from omnimorph.results.atomic import write_text
-    from omnimorph.studies.own_folder import own_folder
+    from omnimorph.studies.own_folder import own_folder, write_results
 
     with own_folder(out, ANALYSIS_SCHEMA) as part:
         analysis = ask()
         write_analysis_page(analysis, part)
-        text = json.dumps(analysis_data(analysis), ensure_ascii=False, allow_nan=False)
-        write_text(part / "results.json", text + "\n")
+        write_results(part, analysis_data(analysis))
     return analysis
 
 

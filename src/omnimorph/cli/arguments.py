@@ -9,17 +9,6 @@ from pathlib import Path
 
 from omnimorph.errors import InputError
 
-__all__ = [
-    "angles_in_degrees",
-    "folder",
-    "milliseconds",
-    "number_at_least",
-    "port_number",
-    "one_of_the_list",
-    "positive_number",
-    "seed_number",
-]
-
 _LARGEST = 2**64 - 1
 _LARGEST_ANGLE = math.radians(1e5)
 _MOST = 10_000
@@ -94,6 +83,17 @@ def number_at_least(option: str, least: float, allowed: str) -> Callable[[str], 
         return value
 
     return read
+
+
+def add_out(parser: ArgumentParser, help: str) -> None:
+    """Add ``--out``, the folder into which a command writes."""
+    parser.add_argument("--out", type=folder, metavar="DIR", help=help)
+
+
+def add_vehicle(parser: ArgumentParser) -> None:
+    """Add the vehicle that a command is about."""
+    named = "a name that `omnimorph vehicles` lists, or a TOML file"
+    parser.add_argument("vehicle", metavar="VEHICLE", help=named)
 
 
 def one_of_the_list(parser: ArgumentParser, what: str) -> None:

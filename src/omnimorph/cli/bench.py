@@ -7,8 +7,6 @@ import argparse
 from omnimorph.cli import console
 from omnimorph.cli.arguments import positive_number
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "measure how fast it is on this machine"
 NEEDS = ("omnimorph.bench",)
 

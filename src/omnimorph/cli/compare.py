@@ -6,13 +6,11 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import folder
+from omnimorph.cli.arguments import add_out
 from omnimorph.version import __version__
 
 if TYPE_CHECKING:
     from omnimorph.studies.comparison import Compared
-
-__all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "compare vehicles: what they can hold, what hovering costs, how they fly"
 NEEDS = ("omnimorph.studies.comparison", "omnimorph.simulation.scenario_schema", "scipy.optimize")
@@ -26,9 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="VEHICLE",
         help="names that `omnimorph vehicles` lists, or TOML files (default: the catalogue)",
     )
-    parser.add_argument(
-        "--out", type=folder, metavar="DIR", help="write comparison.html and results.json there"
-    )
+    add_out(parser, "write comparison.html and results.json there")
 
 
 def answer(options: argparse.Namespace) -> console.Answer:

@@ -18,19 +18,6 @@ from typing import Any, NamedTuple, Self, TextIO
 from omnimorph.cli import interrupts
 from omnimorph.errors import InputError, UnlikelyUnitWarning
 
-__all__ = [
-    "Answer",
-    "Progress",
-    "brief",
-    "complain",
-    "counted",
-    "finish",
-    "number",
-    "table",
-    "printed_warnings",
-    "write",
-]
-
 _NARROWEST = 24  # columns: text is not wrapped more narrowly than this
 
 

@@ -7,17 +7,14 @@ speed_rad_per_s, speed_rpm) and, for the time constants, command_Hz.
 from __future__ import annotations
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import folder
+from omnimorph.cli.arguments import add_out
 
 if TYPE_CHECKING:
     from omnimorph.identification import RotorFit
-
-__all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "fit the numbers of a rotor to bench data, each with its confidence interval"
 NEEDS = ("omnimorph.identification", "scipy.optimize", "scipy.special")
@@ -31,12 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="VEHICLE",
         help="a vehicle whose first rotor is about as large: a wrong unit is then recognised",
     )
-    parser.add_argument(
-        "--out",
-        type=folder,
-        metavar="DIR",
-        help="write fit.html, its figures and results.json there",
-    )
+    add_out(parser, "write fit.html, its figures and results.json there")
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
@@ -68,11 +60,9 @@ def _written(fit: RotorFit, out: Path) -> Path:
     """Write everything into a folder that was found fit for it before; return the page."""
     from omnimorph.report.fit_data import FIT_SCHEMA, fit_data
     from omnimorph.report.fit_page import PAGE, write_fit_page
-    from omnimorph.results.atomic import write_text
-    from omnimorph.studies.own_folder import own_folder
+    from omnimorph.studies.own_folder import own_folder, write_results
 
     with own_folder(out, FIT_SCHEMA) as part:
         write_fit_page(fit, part)
-        text = json.dumps(fit_data(fit), ensure_ascii=False, allow_nan=False)
-        write_text(part / "results.json", text + "\n")
+        write_results(part, fit_data(fit))
     return out / PAGE

@@ -7,12 +7,10 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import milliseconds
+from omnimorph.cli.arguments import add_vehicle, milliseconds
 
 if TYPE_CHECKING:
     from omnimorph import ProposedController, StabilityMargins, Vehicle
-
-__all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "propose gains and weights for a vehicle, with stability margins"
 NEEDS = ("omnimorph.control.gains",)
@@ -20,11 +18,7 @@ NEEDS = ("omnimorph.control.gains",)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
-    parser.add_argument(
-        "vehicle",
-        metavar="VEHICLE",
-        help="a name that `omnimorph vehicles` lists, or a TOML file",
-    )
+    add_vehicle(parser)
     parser.add_argument(
         "--period-ms",
         type=milliseconds("--period-ms", 1e-6, 1e4),

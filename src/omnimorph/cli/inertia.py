@@ -11,8 +11,6 @@ from collections.abc import Sequence
 
 from omnimorph.cli import console
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "mass, centre of mass and inertia of a list of parts"
 NEEDS = ("omnimorph.identification", "omnimorph.design.schema")
 

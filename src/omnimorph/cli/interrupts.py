@@ -12,8 +12,6 @@ from types import FrameType
 
 from omnimorph.machine.signals import answered_by
 
-__all__ = ["exit_code", "pressed", "remembered", "renew", "wait"]
-
 _came: list[int] = []
 
 

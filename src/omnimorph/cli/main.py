@@ -22,42 +22,16 @@ from importlib import import_module
 from types import ModuleType
 from typing import NoReturn
 
-from omnimorph.cli import (
-    analyze,
-    bench,
-    compare,
-    console,
-    fit,
-    fly,
-    gains,
-    inertia,
-    interrupts,
-    new_vehicle,
-    reproduce,
-    scenarios,
-    vehicles,
-    verify,
-    view,
-)
+from omnimorph.cli import console, interrupts
 from omnimorph.errors import InputError, nearest_name
 from omnimorph.version import __version__
 
-__all__ = ["COMMANDS", "main"]
-
 COMMANDS: dict[str, ModuleType] = {
-    "vehicles": vehicles,
-    "new-vehicle": new_vehicle,
-    "analyze": analyze,
-    "compare": compare,
-    "scenarios": scenarios,
-    "fly": fly,
-    "view": view,
-    "gains": gains,
-    "fit": fit,
-    "inertia": inertia,
-    "reproduce": reproduce,
-    "verify": verify,
-    "bench": bench,
+    name: import_module(f"omnimorph.cli.{name.replace('-', '_')}")
+    for name in (
+        *("vehicles", "new-vehicle", "analyze", "compare", "scenarios", "fly", "view"),
+        *("gains", "fit", "inertia", "reproduce", "verify", "bench"),
+    )
 }
 """Name of a command -> its module: SUMMARY, NEEDS, add_arguments(parser), answer(options)."""
 

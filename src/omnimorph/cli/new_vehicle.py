@@ -11,8 +11,6 @@ from omnimorph.cli.arguments import positive_number
 from omnimorph.design.new_vehicle import KINDS, new_vehicle_text
 from omnimorph.errors import InputError
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "write a commented vehicle file that already flies, to start from"
 NEEDS = ()
 

@@ -14,8 +14,6 @@ from omnimorph.cli import console
 from omnimorph.cli.arguments import port_number
 from omnimorph.errors import InputError
 
-__all__ = ["add_page_arguments", "announce", "check_no_page", "closing", "served"]
-
 _DEFAULT_HOST, _DEFAULT_PORT = "127.0.0.1", 8080
 
 

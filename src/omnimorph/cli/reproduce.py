@@ -13,8 +13,6 @@ from omnimorph.cli.arguments import folder, positive_number, seed_number
 if TYPE_CHECKING:
     from omnimorph.studies.reproduction import Plan
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "reproduce the paper, claim by claim, and write the report"
 NEEDS = ("omnimorph.studies.reproduction", "omnimorph.simulation.scenario_schema", "h5py")
 

@@ -10,8 +10,6 @@ from typing import Any
 from omnimorph.cli import console
 from omnimorph.cli.arguments import one_of_the_list
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "list the scenarios, or show one with everything in it"
 NEEDS = ("omnimorph.simulation.scenario_schema",)
 

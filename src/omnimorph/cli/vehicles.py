@@ -13,8 +13,6 @@ from omnimorph.cli.console import counted
 if TYPE_CHECKING:
     from omnimorph import Vehicle
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "list the vehicles, or show one with the source of every number"
 NEEDS = ("omnimorph.design.schema",)
 

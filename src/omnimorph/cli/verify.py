@@ -10,8 +10,6 @@ from omnimorph.cli import console
 if TYPE_CHECKING:
     from omnimorph.verification import Result
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "check this installation against cases with known answers"
 NEEDS = ("omnimorph.verification",)
 

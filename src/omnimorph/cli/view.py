@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import angles_in_degrees, folder, number_at_least
+from omnimorph.cli.arguments import add_out, angles_in_degrees, number_at_least
 from omnimorph.cli.page import add_page_arguments, announce, check_no_page, closing, served
 from omnimorph.design.input_files import is_folder
 from omnimorph.errors import InputError
@@ -19,8 +19,6 @@ from omnimorph.results.folder import replaced_text
 
 if TYPE_CHECKING:
     from omnimorph.viewer.frames import Flight
-
-__all__ = ["SUMMARY", "add_arguments", "answer"]
 
 SUMMARY = "look at a flight or at a vehicle in 3-D, in the browser or as a picture"
 NEEDS = ("omnimorph.results.store", "omnimorph.analysis")
@@ -47,12 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="explore the vehicle from this tilt; with commas, one angle for each servo "
         "(default: where its radius at zero moment is largest, if it has one servo)",
     )
-    parser.add_argument(
-        "--out",
-        type=folder,
-        metavar="DIR",
-        help="where the page may save designs; without it they are only downloaded",
-    )
+    add_out(parser, "where the page may save designs; without it they are only downloaded")
     add_page_arguments(parser)
     parser.add_argument(
         "--snapshot",
@@ -194,13 +187,7 @@ def _closed(options: argparse.Namespace) -> console.Answer:
 
 def _pictures_of_flight(options: argparse.Namespace, flights: list[Flight]) -> console.Answer:
     from omnimorph.viewer.flight_page import FlightScene
-    from omnimorph.viewer.pictures import (
-        camera_in,
-        check_length,
-        save_picture,
-        save_video,
-        still,
-    )
+    from omnimorph.viewer.pictures import camera_in, check_length, save_picture, save_video, still
     from omnimorph.viewer.server import new_server
 
     replaced = replaced_text(*filter(None, (options.snapshot, options.video)))

@@ -11,8 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-__all__ = ["end_with", "started"]
-
 _LAUNCHER = Path(__file__).with_name("launcher.py")
 _BETWEEN_LOOKS = 0.1  # s
 

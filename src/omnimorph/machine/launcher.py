@@ -19,8 +19,6 @@ import time
 from contextlib import suppress
 from tempfile import TemporaryDirectory
 
-__all__ = ["launch"]
-
 _PATIENCE = 5.0  # s between asking the command to end and ending it
 
 

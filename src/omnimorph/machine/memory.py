@@ -10,8 +10,6 @@ from pathlib import Path
 
 from omnimorph.errors import TooLargeError
 
-__all__ = ["available_bytes", "refuse_more_than_memory"]
-
 _ALWAYS_THERE = 2**26  # bytes that nobody needs to look for
 
 

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-__all__ = ["ENDING", "answered_by", "held_back"]
-
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 

@@ -21,8 +21,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI
 from omnimorph.version import __version__
 
-__all__ = ["ANALYSIS_SCHEMA", "analysis_data", "platform_data"]
-
 ANALYSIS_SCHEMA = "omnimorph.analysis"
 """The value of ``schema``: by it a folder is known as an analysis."""
 

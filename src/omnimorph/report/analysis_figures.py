@@ -47,15 +47,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "force_sets",
-    "level_hover",
-    "mass_break_even",
-    "radius_over_tilt",
-    "shown_tilts",
-    "wakes",
-]
-
 PAPER_TILTS = (20.0, 30.0, 37.0)
 """Fixed tilts, in degrees, for which the paper weighs the mass of the mechanism."""
 

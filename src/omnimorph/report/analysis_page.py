@@ -11,23 +11,17 @@ import numpy as np
 from omnimorph.analysis.overview import AtTilt, VehicleAnalysis
 from omnimorph.analysis.polytope import Polytope
 from omnimorph.report import analysis_figures, attitude_figures
-from omnimorph.report.analysis_summary import description, ignored, key_points
-from omnimorph.report.analysis_text import (
-    condition_text,
-    count_text,
-    rows_by_tilt,
-    singular_text,
-)
+from omnimorph.report.analysis_summary import description, key_points
+from omnimorph.report.analysis_text import condition_text, count_text, rows_by_tilt, singular_text
 from omnimorph.report.page import Picture, render_page
 from omnimorph.report.style import save_svg
 from omnimorph.report.tables import Table, degrees, number, source_table, tilt_text
 from omnimorph.results.atomic import write_text
+from omnimorph.units import from_SI
 from omnimorph.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = ["PAGE", "write_analysis_page"]
 
 PAGE = "analysis.html"
 """Name of the file."""
@@ -150,7 +144,7 @@ def _content(analysis: VehicleAnalysis, pictures: dict[str, Picture]) -> dict[st
         "level_power": bool(np.isfinite(analysis.sweep.level_power).any()),
         "conditioned": bool(np.isfinite(analysis.sweep.condition_number).any()),
         "omnidirectional": bool(len(analysis.omnidirectional.zero_moment_beyond)),
-        "ignored": ignored(analysis),
+        "dead_band": float(from_SI(vehicle.dead_band.max(), "Hz")),
         "assumed": source_table(vehicle, "Assumed: neither published nor measured.", assumed),
         "stated": source_table(vehicle, "Published or measured, or derived from what is.", stated),
         "command": _command(analysis),

@@ -1,4 +1,4 @@
-"""What an analysis comes to: its vehicle in a sentence, key points, what was ignored.
+"""What an analysis comes to: its vehicle in a sentence, and key points.
 
 Every sentence holds for the vehicle it is said of. A radius never stands without its set.
 """
@@ -21,9 +21,6 @@ from omnimorph.report.analysis_text import (
     singular_text,
 )
 from omnimorph.report.tables import degrees, number, tilt_text
-from omnimorph.units import from_SI
-
-__all__ = ["KeyPoint", "description", "ignored", "key_points"]
 
 
 class KeyPoint(NamedTuple):
@@ -62,40 +59,6 @@ def key_points(analysis: VehicleAnalysis) -> list[KeyPoint]:
     if analysis.vehicle.n_servos:
         points.append(_mechanism(analysis))
     return [KeyPoint(head, _unbroken(text)) for head, text in points]
-
-
-def ignored(analysis: VehicleAnalysis) -> list[str]:
-    """Return what the numbers leave out, a sentence or two each."""
-    vehicle = analysis.vehicle
-    rate = ", no rate of the servos" if vehicle.n_servos else ""
-    left_out = [
-        f"Everything is quasi-static: no inertia of the rotors, no lag{rate}, no air that "
-        "moves past the vehicle. Thrust and drag torque go with the square of the speed.",
-        "Power is that against the drag torque of the rotors, Σ c_τ |w|³. Losses in motors, "
-        "controllers and the battery come on top.",
-    ]
-    if vehicle.dead_band.any():
-        band = number(float(from_SI(vehicle.dead_band.max(), "Hz")))
-        left_out.append(
-            f"The dead band (rotors cannot turn more slowly than {band} Hz, unless they rest) is "
-            "ignored: thrusts that it forbids count as possible, in every set and power here."
-        )
-    if analysis.wakes is None:
-        left_out.append(
-            "No two rotors are in line, so no loss of thrust in wakes is counted. What rotors side "
-            "by side do to each other, and what arms and body do to the air, is not modelled."
-        )
-    else:
-        left_out.append(
-            "Rotors are taken to disturb each other only where one is in line with the other. What "
-            "does not name the wakes is for still air. Neighbours, arms and body are not modelled."
-        )
-    if vehicle.n_servos > 1:
-        left_out.append(
-            "Over the tilt, all servos are moved together. With a tilt of its own for each servo "
-            "the vehicle may do more than is shown here: see the first key point."
-        )
-    return left_out
 
 
 def _unbroken(text: str) -> str:

@@ -11,18 +11,6 @@ from omnimorph.analysis.platform import Platform
 from omnimorph.protocols import FloatArray
 from omnimorph.report.tables import degrees, number
 
-__all__ = [
-    "condition_text",
-    "count_text",
-    "intervals_text",
-    "judged_text",
-    "listed",
-    "lost_text",
-    "over_all_tilts_text",
-    "rows_by_tilt",
-    "singular_text",
-]
-
 _WRENCH = (
     "force along x",
     "force along y",

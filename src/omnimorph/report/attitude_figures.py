@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
 
-__all__ = ["hover_map", "moments"]
-
 _CANNOT = "#d2d2d2"
 _FINE, _COARSE = 41, 31  # points along a side of the grid
 _BEST_TILTS = 25

@@ -18,16 +18,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "AttitudeGrid",
-    "attitude_grid",
-    "best_tilt_on",
-    "few_attitudes",
-    "grown",
-    "softened",
-    "weight_inside",
-]
-
 
 class AttitudeGrid(NamedTuple):
     """The attitudes of both discs on a square grid, a little beyond their rim.

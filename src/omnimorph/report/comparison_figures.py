@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Column", "numbers_of_platforms", "to_one_scale"]
-
 _PER_ROW = 4
 _ROW = 0.3  # height of a row of dots, inches
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 5.0, "color": BLUE}

@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["BANDS", "errors", "power_and_energy", "rotor_speeds", "tilt", "trajectory"]
-
 _TURN = 2.0 * math.pi
 BANDS = 240
 """Pieces of time of a band: at 7 inches each is about 0.6 mm wide."""

@@ -10,8 +10,6 @@ from omnimorph.identification.coefficients import CoefficientFit, Estimate
 from omnimorph.identification.rotor_fit import RotorFit
 from omnimorph.units import from_SI
 
-__all__ = ["FIT_SCHEMA", "fit_data", "vehicle_lines"]
-
 FIT_SCHEMA = "omnimorph-fit-1"
 """What ``results.json`` says it is."""
 

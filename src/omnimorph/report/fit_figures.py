@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["coefficients", "residuals", "steps"]
-
 _MOST_DOTS = 1500  # of a curve: of longer ones every second, third ... row is drawn
 _DOT: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 2.6, "alpha": 0.55}
 _CROSS: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5.0, "zorder": 4}
@@ -87,10 +85,7 @@ def steps(fit: RotorFit) -> Figure:
     """
     figure, axes = new_figure(3.0, 1, 2, sharey=True)
     for panel, up, constant in zip(
-        axes[0],
-        (True, False),
-        (fit.time_constant_up, fit.time_constant_down),
-        strict=True,
+        axes[0], (True, False), (fit.time_constant_up, fit.time_constant_down), strict=True
     ):
         fitted = [step for step in fit.steps if step.up == up]
         word = "up" if up else "down"

@@ -16,8 +16,6 @@ from omnimorph.results.atomic import write_text
 from omnimorph.units import from_SI
 from omnimorph.version import __version__
 
-__all__ = ["PAGE", "write_fit_page"]
-
 PAGE = "fit.html"
 """Name of the file."""
 

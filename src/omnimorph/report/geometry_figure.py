@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["box_edges", "geometry"]
-
 _BESIDE = np.radians(50.0)
 _EDGE: dict[str, Any] = {"color": GREY, "linewidth": 0.8, "linestyle": (0, (4.0, 2.5))}
 

@@ -10,8 +10,6 @@ from omnimorph.report.tables import number
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["Picture", "render_page", "templates_of"]
-
 
 @dataclass(frozen=True)
 class Picture:
@@ -44,13 +42,7 @@ def render_page(template: str, **content: Any) -> str:
 
 def templates_of(*packages: str) -> Environment:
     """Return the templates of packages, beside those here; text put into HTML is escaped."""
-    from jinja2 import (
-        ChoiceLoader,
-        Environment,
-        PackageLoader,
-        StrictUndefined,
-        select_autoescape,
-    )
+    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, select_autoescape
 
     environment = Environment(
         loader=ChoiceLoader([PackageLoader(name) for name in (__package__, *packages)]),

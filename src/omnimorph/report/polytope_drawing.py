@@ -22,16 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "SphereLook",
-    "Stage",
-    "draw_polytope",
-    "nice_length",
-    "picture_panel",
-    "set_legend",
-    "stage_for",
-]
-
 _BEHIND, _INSIDE, _FRONT, _ABOVE = 2.0, 4.0, 6.0, 8.0  # order of drawing
 _MANY = 200  # faces, of which one would not tell the back ones from the front ones
 _DASHED = (0, (3.5, 2.0))

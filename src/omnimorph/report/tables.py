@@ -16,17 +16,6 @@ from omnimorph.results.metrics import MEASURES, Metrics
 from omnimorph.results.run import Run
 from omnimorph.units import from_SI, unit_of
 
-__all__ = [
-    "Table",
-    "degrees",
-    "metrics_table",
-    "number",
-    "plant_table",
-    "source_table",
-    "tilt_text",
-    "trajectory_table",
-]
-
 
 @dataclass(frozen=True)
 class Table:

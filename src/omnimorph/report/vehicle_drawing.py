@@ -15,17 +15,6 @@ from omnimorph.report.style import BLUE, GREY, SILVER, VERMILLION, YELLOW
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "HINGE_LINE",
-    "HINGE_REACH",
-    "INK",
-    "SPIN_COLOURS",
-    "Camera",
-    "arrow",
-    "camera",
-    "draw_vehicle",
-]
-
 INK = "#222222"
 HINGE_LINE: Any = (0, (6.0, 1.8, 1.2, 1.8))
 HINGE_REACH = 1.2

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,16 +22,7 @@ from omnimorph.results.atomic import write_text
 from omnimorph.results.metrics import Metrics
 from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.own_folder import own_folder
-
-__all__ = [
-    "COMPARISON_SCHEMA",
-    "SCENARIO",
-    "Compared",
-    "compare",
-    "comparison_data",
-    "write_comparison",
-]
+from omnimorph.studies.own_folder import own_folder, write_results
 
 COMPARISON_SCHEMA = "omnimorph comparison"
 """What ``results.json`` says it is."""
@@ -153,7 +143,6 @@ def write_comparison(rows: Sequence[Compared], out: Path, command: str, version:
                 save_svg(_draw_numbers(rows), figures, "numbers"), "Their numbers side by side"
             ),
         }
-        reference = load_scenario(SCENARIO).reference
         content = {
             "title": "Platforms side by side",
             "count": len(rows),
@@ -161,21 +150,14 @@ def write_comparison(rows: Sequence[Compared], out: Path, command: str, version:
             "platforms": platform_table(rows),
             "flights": flight_table(rows),
             "assumed": _assumed_table(rows),
-            "flight_words": _FLIGHT_LABELS.format(SCENARIO, reference.duration),
+            "scenario": SCENARIO,
+            "duration": load_scenario(SCENARIO).reference.duration,
             "command": command,
             "version": version,
         }
         write_text(folder / PAGE, render_page("comparison.html.j2", **content))
-        text = json.dumps(comparison_data(rows), ensure_ascii=False, allow_nan=False)
-        write_text(folder / "results.json", text + "\n")
+        write_results(folder, comparison_data(rows))
     return out / PAGE
-
-
-_FLIGHT_LABELS = (
-    "All fly the scenario “{}”, {:g} s long, in the realistic plant, each with gains and weights "
-    "proposed from its own numbers. What cannot push sideways leans instead; the attitude error is "
-    "against the attitude that was asked for, so a lean counts."
-)
 
 
 def platform_table(rows: Sequence[Compared]) -> Table:

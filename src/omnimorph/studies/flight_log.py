@@ -26,8 +26,6 @@ from omnimorph.results.metrics import Metrics
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.version import __version__
 
-__all__ = ["FlightLog", "FlightResult", "flight_keys", "is_flight_log"]
-
 _HEADER = json.dumps({"schema": "omnimorph flights", "schema_version": 1}) + "\n"
 
 

@@ -20,8 +20,6 @@ from omnimorph.simulation.recording import bytes_of_flights
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightLog, FlightResult, flight_keys
 
-__all__ = ["Job", "fly_jobs", "fly_runs"]
-
 _PATIENCE = 0.2  # s between two looks at whether the user wants to stop
 
 

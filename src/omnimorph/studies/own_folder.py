@@ -7,14 +7,14 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from omnimorph.design.input_files import MEGABYTE, read_text
 from omnimorph.errors import InputError
+from omnimorph.results.atomic import write_text
 from omnimorph.results.folder import staged
 from omnimorph.results.temporary import is_temporary
 from omnimorph.studies.flight_log import is_flight_log
-
-__all__ = ["FLIGHTS", "check_own", "own_folder"]
 
 _MARK = "results.json"
 _LARGEST_MARK = 64 * MEGABYTE
@@ -45,6 +45,12 @@ def own_folder(out: Path, schema: str) -> Iterator[Path]:
     check_own(out, schema)
     with staged(out, first=_MARK) as part:
         yield part
+
+
+def write_results(folder: Path, data: dict[str, Any]) -> None:
+    """Write ``results.json``, by which the folder is known as its own; numbers must be finite."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False)
+    write_text(folder / _MARK, text + "\n")
 
 
 def check_own(out: Path, schema: str) -> None:

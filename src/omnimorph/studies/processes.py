@@ -12,8 +12,6 @@ from typing import Any
 
 from omnimorph.machine.children import end_with
 
-__all__ = ["busy_pool"]
-
 
 def busy_pool(
     workers: int | None = None, prepare: Callable[..., None] | None = None, *args: Any

@@ -17,8 +17,6 @@ from numpy.typing import ArrayLike
 
 from omnimorph.protocols import FloatArray
 
-__all__ = ["SevenRotors", "certificate", "find_axes", "sphere_hubs"]
-
 _STARTS = 8
 _EXACT = 1e-10
 

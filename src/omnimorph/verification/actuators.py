@@ -7,7 +7,7 @@ import numpy as np
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import CommandDelay, Effect, ServoLag, ServoRateLimit
 from omnimorph.simulation.plant import PlantModel, SimulatedPlant
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import (
     EULER,
     RUNGE_KUTTA,
@@ -16,8 +16,6 @@ from omnimorph.verification.setting import (
     omnimorph,
     plant_with,
 )
-
-__all__ = ["CASES"]
 
 
 def _tilts(
@@ -118,13 +116,3 @@ def command_is_held_between_control_steps() -> Result:
         errors += [largest(a - b) for a, b in zip(one, other, strict=True)]
         errors.append(long.time - short.time)
     return Result(value=largest(errors), tolerance=0.0)
-
-
-CASES: tuple[Case, ...] = (
-    servo_moves_at_its_rate,
-    servo_follows_with_its_lag,
-    servo_with_rate_and_lag,
-    servo_stops_at_its_limits,
-    command_arrives_on_time,
-    command_is_held_between_control_steps,
-)

@@ -8,8 +8,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-__all__ = ["Case", "Result", "case", "largest", "order_of"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Result:

@@ -20,23 +20,15 @@ from omnimorph.verification import (
 )
 from omnimorph.verification.case import Case, Result
 
-__all__ = ["CASES", "run_cases"]
-
-CASES: tuple[Case, ...] = (
-    *wrench_map.CASES,
-    *force_sets.CASES,
-    *morphing.CASES,
-    *integration.CASES,
-    *momentum.CASES,
-    *motors.CASES,
-    *actuators.CASES,
-    *pushes.CASES,
-    *noise.CASES,
-    *stand.CASES,
-    *hovering.CASES,
-    *symmetry.CASES,
+_SUBJECTS = (
+    *(wrench_map, force_sets, morphing, integration, momentum, motors),
+    *(actuators, pushes, noise, stand, hovering, symmetry),
 )
-"""Every case, from the model to the closed loop."""
+
+CASES: tuple[Case, ...] = tuple(
+    one for subject in _SUBJECTS for one in vars(subject).values() if isinstance(one, Case)
+)
+"""Every case, from the model to the closed loop, in the order of its file."""
 
 
 def run_cases(

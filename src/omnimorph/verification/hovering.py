@@ -17,10 +17,8 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import PRECISE_RULE, omnimorph
-
-__all__ = ["CASES"]
 
 _HELD = 1e-9  # m and rad
 
@@ -130,13 +128,3 @@ def flights_repeat_to_the_last_bit() -> Result:
     again = fly(scenario, seed=3, flight=7, progress=lambda time, duration: None).content_hash
     same = first == again and first not in others and len(others) == 3
     return Result(value=float(same), expected=1.0, tolerance=0.0)
-
-
-CASES: tuple[Case, ...] = (
-    hover_holds_at_every_tilt,
-    hover_holds_in_every_attitude,
-    hover_holds_inside_the_force_set,
-    hover_fails_outside_the_force_set,
-    knife_edge_sags_at_a_small_tilt,
-    flights_repeat_to_the_last_bit,
-)

@@ -8,7 +8,7 @@ from omnimorph.model.dynamics import GRAVITY, rotation_exponential
 from omnimorph.protocols import FloatArray, State
 from omnimorph.simulation.effects import Effect, RotorLag, RotorMomentum, ServoLag, SineWrench
 from omnimorph.simulation.plant import SimulatedPlant
-from omnimorph.verification.case import Case, Result, case, largest, order_of
+from omnimorph.verification.case import Result, case, largest, order_of
 from omnimorph.verification.setting import (
     EULER,
     RUNGE_KUTTA,
@@ -19,8 +19,6 @@ from omnimorph.verification.setting import (
     plant_with,
     tumbling,
 )
-
-__all__ = ["CASES"]
 
 _CONSERVED = "conservation law of the torque-free rigid body"
 
@@ -151,18 +149,3 @@ def order_of_runge_kutta_with_everything_smooth() -> Result:
     push = SineWrench(force=(2.0, 0.0, -1.0), torque=(0.05, -0.03, 0.02), frequency=9.0, phase=0.3)
     lags = (RotorLag(up=0.05), ServoLag(time_constant=0.1))
     return _order(RUNGE_KUTTA, _COARSE, *lags, RotorMomentum(), push)
-
-
-CASES: tuple[Case, ...] = (
-    angular_momentum_of_free_motion,
-    energy_of_free_motion,
-    free_fall,
-    free_fall_of_the_euler_steps,
-    steady_turn,
-    attitude_stays_a_rotation,
-    order_of_semi_implicit_euler,
-    order_of_runge_kutta,
-    order_of_semi_implicit_euler_with_lag,
-    order_of_runge_kutta_with_lag,
-    order_of_runge_kutta_with_everything_smooth,
-)

@@ -15,7 +15,7 @@ from omnimorph.simulation.effects import (
     ServoRateLimit,
 )
 from omnimorph.simulation.plant import SimulatedPlant
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import (
     RUNGE_KUTTA,
     command,
@@ -25,8 +25,6 @@ from omnimorph.verification.setting import (
     rotor_momentum_B,
     tumbling,
 )
-
-__all__ = ["CASES"]
 
 _EULER_EQUATION = "d(Jω + H)/dt + ω × (Jω + H) = τ, H = Σ I k w z(α)"
 
@@ -157,14 +155,3 @@ def _momentum_W(plant: SimulatedPlant, vehicle_is_free: bool = False) -> FloatAr
 
 def _change(before: FloatArray, after: FloatArray) -> float:
     return float(np.linalg.norm(after - before) / np.linalg.norm(before))
-
-
-CASES: tuple[Case, ...] = (
-    gyroscopic_torque_does_no_work,
-    gyroscopic_torque_turns_the_body,
-    spinning_rotor_precesses,
-    reaction_to_spinning_up,
-    tilting_spinning_rotors_turns_the_body,
-    momentum_is_conserved_whatever_the_rotors_do,
-    reaction_torques_term_by_term,
-)

@@ -21,10 +21,8 @@ from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.model.interference import WAKE_MODELS, stacked_pairs, thrust_lost
 from omnimorph.protocols import FloatArray
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import omnimorph, spin_axes
-
-__all__ = ["CASES"]
 
 _PAPER = "Aboudorra et al. 2024"
 _HALF_EDGE = 0.1062  # m
@@ -216,21 +214,3 @@ def tilt_from_which_its_mechanism_pays() -> Result:
     known = tilt is not None and round(100.0 * share, 2) == 16.58
     degrees = np.degrees(tilt or 0.0) if known else np.inf
     return Result(value=degrees, expected=30.93, tolerance=5e-3, unit="deg")
-
-
-CASES: tuple[Case, ...] = (
-    singular_tilts_of_omnimorph,
-    singular_tilts_of_other_spins,
-    when_tilting_adds_a_direction,
-    hover_power_is_the_least,
-    wakes_cost_what_was_measured,
-    wakes_by_theory,
-    wakes_obey_both_theories,
-    hover_power_in_wakes,
-    hover_in_wakes_holds_the_weight,
-    wakes_make_a_yaw_moment,
-    mass_that_just_pays,
-    mass_that_just_pays_where_omnidirectional,
-    mass_that_just_pays_from_hover_powers,
-    tilt_from_which_its_mechanism_pays,
-)

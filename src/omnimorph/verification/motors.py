@@ -15,7 +15,7 @@ from omnimorph.simulation.effects import (
     RotorLag,
     SpeedLimits,
 )
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import (
     EULER,
     RUNGE_KUTTA,
@@ -25,8 +25,6 @@ from omnimorph.verification.setting import (
     omnimorph,
     plant_with,
 )
-
-__all__ = ["CASES"]
 
 _STEP_RESPONSE = "closed form w(t) = w_c + (w_0 − w_c) e^(−t/τ)"
 _DOCUMENTED = "the effect's definition"
@@ -222,21 +220,3 @@ def true_vehicle_differs_from_the_believed() -> Result:
     errors += [*(end.v_WB / 1e-3 - lift)]
     errors += [*(end.w_WB_B / 1e-3 - np.linalg.solve(0.8 * vehicle.inertia, wrench[3:]))]
     return Result(value=largest(errors), tolerance=1e-10)
-
-
-CASES: tuple[Case, ...] = (
-    rotor_lag_after_one_time_constant,
-    rotor_lag_up_and_down,
-    rotor_lag_through_a_reversal,
-    vehicle_without_lag_follows_at_once,
-    speed_limits_hold,
-    one_way_rotors_do_not_reverse,
-    dead_band_gives_the_nearer,
-    reversal_takes_its_time,
-    reversal_takes_its_time_with_runge_kutta,
-    reversal_takes_its_time_without_lag,
-    dead_band_of_nothing_changes_nothing,
-    reversal_called_off,
-    lost_thrust_leaves_the_drag,
-    true_vehicle_differs_from_the_believed,
-)

@@ -10,10 +10,8 @@ from omnimorph.protocols import FloatArray, State
 from omnimorph.simulation.effects import MeasurementNoise
 from omnimorph.simulation.fly import measurement_noise
 from omnimorph.simulation.plant import PlantModel, SimulatedPlant
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import TURN, command, omnimorph, plant_with
-
-__all__ = ["CASES"]
 
 _STEPS = 20_000
 _NORMAL = "the standard normal distribution, 240 000 numbers, five standard errors"
@@ -145,16 +143,3 @@ def _noise(truth: State, measured: State) -> FloatArray:
     angle = skew * (np.arcsin(sine) / sine) if sine > 0.0 else skew
     parts = [measured.p_WB - truth.p_WB, measured.v_WB - truth.v_WB, angle]
     return np.concatenate([*parts, measured.w_WB_B - truth.w_WB_B])
-
-
-CASES: tuple[Case, ...] = (
-    noise_has_no_mean,
-    noise_has_unit_variance,
-    noise_is_normal,
-    noise_is_independent,
-    measured_is_motion_plus_noise,
-    filtered_noise_has_the_filters_variance,
-    filtered_noise_is_the_white_noise_filtered,
-    measuring_twice_gives_the_same,
-    measuring_seldom_gives_the_same,
-)

@@ -7,10 +7,8 @@ import numpy as np
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import ConstantWrench, Effect, SineWrench, WrenchProfile
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import EULER, RUNGE_KUTTA, omnimorph, plant_with, tumbling
-
-__all__ = ["CASES"]
 
 _FORCE, _TORQUE = (3.0, -2.0, 5.0), (0.0, 0.0, 0.02)
 
@@ -81,12 +79,3 @@ def push_handed_to_a_step() -> Result:
         other = plant_with(start=tumbling(), integrator=integrator).step_physics(300, wrench)
         errors += [largest(a - b) for a, b in zip(one, other, strict=True)]
     return Result(value=max(errors), tolerance=0.0)
-
-
-CASES: tuple[Case, ...] = (
-    constant_push,
-    swinging_push,
-    push_along_a_profile,
-    force_in_the_world_torque_in_the_body,
-    push_handed_to_a_step,
-)

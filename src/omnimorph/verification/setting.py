@@ -16,21 +16,6 @@ from omnimorph.simulation.effects import Effect
 from omnimorph.simulation.plant import PlantModel, SimulatedPlant
 from omnimorph.units import to_SI
 
-__all__ = [
-    "EULER",
-    "PRECISE_RULE",
-    "RUNGE_KUTTA",
-    "TURN",
-    "Integrator",
-    "command",
-    "free_rotor_vehicle",
-    "omnimorph",
-    "plant_with",
-    "rotor_momentum_B",
-    "spin_axes",
-    "tumbling",
-]
-
 Integrator = Literal["semi-implicit-euler", "runge-kutta-4"]
 RUNGE_KUTTA: Integrator = "runge-kutta-4"
 EULER: Integrator = "semi-implicit-euler"
@@ -96,10 +81,7 @@ def plant_with(
     vehicle = omnimorph() if vehicle is None else vehicle
     before = command(0.0, vehicle=vehicle) if first is None else first
     model = PlantModel(
-        physics_step=step,
-        control_period=step,
-        integrator=integrator,
-        effects=effects,
+        physics_step=step, control_period=step, integrator=integrator, effects=effects
     )
     plant = SimulatedPlant(
         vehicle,

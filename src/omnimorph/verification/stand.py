@@ -10,10 +10,8 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import Effect, Interference
 from omnimorph.simulation.speed_profile import speed_steps
 from omnimorph.simulation.thrust_stand import StandReading, ThrustStand
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import omnimorph
-
-__all__ = ["CASES"]
 
 _LOWER, _UPPER = 4, 0
 _FORCE = 1.8638e-4 * 120.0**2  # N, at 120 Hz
@@ -71,13 +69,3 @@ def wakes_leave_the_drag_on_the_stand() -> Result:
     reading = _steps(_LOWER, 50.0, Interference())
     drag = -omnimorph().rotor_spin[_LOWER] * 2.754e-6 * 120.0**2 * reading.axis
     return Result(value=largest(reading.true_torque[1:] - drag), tolerance=1e-14, unit="N m")
-
-
-CASES: tuple[Case, ...] = (
-    rotor_alone_gives_its_thrust,
-    lower_rotor_loses_a_third_upright,
-    lower_rotor_loses_little_tilted,
-    loss_grows_with_the_partners_speed,
-    upper_rotor_loses_nothing,
-    wakes_leave_the_drag_on_the_stand,
-)

@@ -37,10 +37,8 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.plant import PlantModel, SimulatedPlant
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.units import to_SI
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import omnimorph, spin_axes
-
-__all__ = ["CASES"]
 
 _START_TILT = 0.5
 _HALF_TURN = np.diag([-1.0, -1.0, 1.0])
@@ -144,10 +142,3 @@ def turn_of_the_world() -> Result:
         largest(one.tilt_actual - other.tilt_actual),
     ]
     return Result(value=max(errors), tolerance=1e-9)
-
-
-CASES: tuple[Case, ...] = (
-    half_turn_of_body_and_world,
-    roto_reflection_of_body_and_world,
-    turn_of_the_world,
-)

@@ -8,10 +8,8 @@ from omnimorph.analysis.hover import HoverPoint, hover
 from omnimorph.model.allocation import allocation_matrix, full_allocation_matrix, tilt_derivative
 from omnimorph.model.dynamics import rotation_exponential
 from omnimorph.protocols import FloatArray
-from omnimorph.verification.case import Case, Result, case, largest
+from omnimorph.verification.case import Result, case, largest
 from omnimorph.verification.setting import TURN, omnimorph, spin_axes
-
-__all__ = ["CASES"]
 
 _GEOMETRY = "Aboudorra et al. 2024, Sec. 2: a cube of hubs, two pinwheels of thrust axes"
 _FIGURES = "closed form: equal thrusts m g / (8 cos α), P = Σ c_τ |w|³"
@@ -177,19 +175,3 @@ def hover_power_tilted_as_the_paper_counts() -> Result:
 def hover_power_tilted() -> Result:
     """That takes 315.09 W of drag power."""
     return Result(value=_level(60.0).power, expected=315.09, tolerance=5e-3, unit="W")
-
-
-CASES: tuple[Case, ...] = (
-    allocation_matrix_follows_the_table,
-    thrust_axes_turn_about_their_hinges,
-    tilt_derivative_is_the_difference_quotient,
-    rank_of_the_allocation_matrix,
-    rank_of_the_full_allocation_matrix,
-    other_spins_lose_a_rank,
-    hover_speed_level,
-    hover_power_level_as_the_paper_counts,
-    hover_power_level,
-    hover_speed_tilted,
-    hover_power_tilted_as_the_paper_counts,
-    hover_power_tilted,
-)

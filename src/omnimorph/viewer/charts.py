@@ -16,8 +16,6 @@ from omnimorph.results.thinning import envelope
 from omnimorph.viewer import colours
 from omnimorph.viewer.frames import Flight
 
-__all__ = ["PIECES", "Chart", "Charts", "Curve", "add_plots", "charts_of"]
-
 PIECES = 180
 """Each curve is drawn with the least and the largest value in so many pieces of time."""
 
@@ -305,9 +303,5 @@ def _key_text(key: tuple[tuple[str, colours.Colour], ...]) -> str:
 
 
 def _curve_style(shade: colours.Colour, flight: int) -> dict[str, Any]:
-    style: dict[str, Any] = {
-        "stroke": colours.css(shade),
-        "width": 1.3,
-        "points": {"show": False},
-    }
+    style: dict[str, Any] = {"stroke": colours.css(shade), "width": 1.3, "points": {"show": False}}
     return style | ({"dash": _DASHES[flight]} if flight else {})

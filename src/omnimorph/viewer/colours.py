@@ -7,23 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from omnimorph.results import palette
 
-__all__ = [
-    "BLUE",
-    "GREEN",
-    "GREY",
-    "INK",
-    "ORANGE",
-    "PURPLE",
-    "SKY",
-    "VERMILLION",
-    "Colour",
-    "css",
-    "of_css",
-    "of_instances",
-    "of_power",
-    "of_thrust",
-]
-
 Colour = tuple[int, int, int]
 
 

@@ -20,8 +20,6 @@ from omnimorph.errors import VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["ATTITUDES", "Design", "Scales", "View", "is_cube", "scales_of"]
-
 ATTITUDES = np.vstack([[(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)], sphere_directions(900)])
 """Attitudes on the sphere of hover power, level first: the vertical seen from the body."""
 

@@ -16,8 +16,6 @@ from omnimorph.viewer.stage import place_camera
 from omnimorph.viewer.tables import shown_number
 from omnimorph.viewer.vehicle_solid import VehicleSolid, drawn_arrows
 
-__all__ = ["DesignScene"]
-
 _APART = 1.35  # half the distance of the four pictures; each is about one unit in radius
 _VEHICLE, _FORCES = np.array([-_APART, 0.0, _APART]), np.array([_APART, 0.0, _APART])
 _MOMENTS, _HOVER = np.array([-_APART, 0.0, -_APART]), np.array([_APART, 0.0, -_APART])

@@ -21,8 +21,6 @@ from omnimorph.viewer.design import Design, View, is_cube, scales_of
 from omnimorph.viewer.design_scene import DesignScene, power_range
 from omnimorph.viewer.tables import Row, number_table, shown_number
 
-__all__ = ["ExplorerPage", "numbers_of"]
-
 _WIDTH_OF_LEGEND = 5  # colours in the legend of the sphere
 _MOST_SAVED = 100  # files: a page that is steered by a program shall not fill the disk
 
@@ -43,11 +41,7 @@ class ExplorerPage:
     """
 
     def __init__(
-        self,
-        server: Any,
-        vehicle: Vehicle,
-        tilt: FloatArray | None = None,
-        out: Path | None = None,
+        self, server: Any, vehicle: Vehicle, tilt: FloatArray | None = None, out: Path | None = None
     ) -> None:
         self._server, self._out = server, out
         self._lock = threading.RLock()

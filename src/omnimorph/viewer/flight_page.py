@@ -19,8 +19,6 @@ from omnimorph.viewer.stage import MISSED, Actor, camera_for, set_stage
 from omnimorph.viewer.tables import Row, number_table
 from omnimorph.viewer.vehicle_solid import reach_of
 
-__all__ = ["FlightPage", "FlightScene", "Rhythm", "notices", "numbers_of"]
-
 _PICTURES = 30.0  # a second
 _NUMBERS = 8.0
 _CHARTS = 2.5  # each time their curves are sent again

@@ -17,8 +17,6 @@ from omnimorph.results.curves import attitude_error, attitude_error_between, pos
 from omnimorph.results.run import Run
 from omnimorph.viewer.shapes import wxyz_of
 
-__all__ = ["Flight", "Frame", "Playback", "blade_turns", "can_be_shown", "frame_of"]
-
 _FARTHEST = 1e6  # m
 _MOST_ROWS_OF_PATH = 600
 _BYTES_OF_A_MOMENT = 64  # errors and what finds the rows that can be shown

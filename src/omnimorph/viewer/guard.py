@@ -28,8 +28,6 @@ from websockets.sync.client import connect
 from omnimorph.errors import InputError
 from omnimorph.viewer.server import LOOPBACK, in_numbers, is_loopback
 
-__all__ = ["Guard"]
-
 _HOST = re.compile(r"(\[[0-9a-f:.]+\]|[^:/@\[\]\s]+)(:\d+)?")
 _HEADERS = {
     "X-Frame-Options": "DENY",  # no page of others may lie over it and borrow its clicks

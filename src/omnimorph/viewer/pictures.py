@@ -24,19 +24,6 @@ from omnimorph.viewer.server import address_of
 from omnimorph.viewer.shapes import wxyz_of
 from omnimorph.viewer.stage import FIELD_OF_VIEW
 
-__all__ = [
-    "PICTURE_FORMATS",
-    "VIDEO_FORMATS",
-    "Camera",
-    "browser",
-    "camera_in",
-    "check_format",
-    "check_length",
-    "save_picture",
-    "save_video",
-    "still",
-]
-
 PICTURE_FORMATS = (".png", ".jpg", ".webp")
 VIDEO_FORMATS = (".gif", ".webp", ".mp4")
 

@@ -8,22 +8,9 @@ import io
 import ipaddress
 import logging
 import socket
-from collections.abc import Iterator
 from typing import Any
 
 from omnimorph.errors import InputError
-
-__all__ = [
-    "LOOPBACK",
-    "Viser",
-    "address_of",
-    "check_port",
-    "in_numbers",
-    "is_loopback",
-    "new_server",
-    "stop",
-    "viser_module",
-]
 
 LOOPBACK = "127.0.0.1"
 
@@ -129,7 +116,8 @@ def check_port(host: str, port: int) -> int:
     )
     if not host:  # would be every address of it
         raise elsewhere
-    with _probe() as probe:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             probe.bind((host, port))
         except UnicodeError:
@@ -143,13 +131,6 @@ def check_port(host: str, port: int) -> int:
             raise elsewhere from None
         free: int = probe.getsockname()[1]
     return free
-
-
-@contextlib.contextmanager
-def _probe() -> Iterator[socket.socket]:
-    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        yield probe
 
 
 def _in_use(port: int) -> InputError:

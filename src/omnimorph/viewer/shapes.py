@@ -12,21 +12,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.geometry import propeller_radius
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "Mesh",
-    "across",
-    "sphere",
-    "blades",
-    "disc",
-    "frame_of",
-    "polytope_mesh",
-    "ring",
-    "rod",
-    "tile",
-    "turned_to",
-    "wxyz_of",
-]
-
 
 class Mesh(NamedTuple):
     """Triangles.

@@ -15,15 +15,6 @@ from omnimorph.viewer.frames import Frame
 from omnimorph.viewer.shapes import disc
 from omnimorph.viewer.vehicle_solid import Ghost, VehicleSolid, drawn_arrows, reach_of
 
-__all__ = [
-    "FIELD_OF_VIEW",
-    "MISSED",
-    "Actor",
-    "camera_for",
-    "place_camera",
-    "set_stage",
-]
-
 FIELD_OF_VIEW = float(np.radians(50.0))
 """Of the camera, from top to bottom, rad."""
 MISSED = 0.2

@@ -7,8 +7,6 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-__all__ = ["Row", "number_table", "shown_number"]
-
 
 class Row(NamedTuple):
     """One line of a table of numbers.

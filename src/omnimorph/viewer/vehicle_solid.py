@@ -14,8 +14,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.viewer import colours
 from omnimorph.viewer.shapes import blades, disc, frame_of, ring, turned_to, wxyz_of
 
-__all__ = ["Ghost", "VehicleSolid", "reach_of"]
-
 _ARROW_OF_WEIGHT = 1.5  # propeller radii: how long an arrow of the weight's share of a rotor is
 
 

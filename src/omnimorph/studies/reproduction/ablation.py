@@ -32,24 +32,10 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction.flights import A, B, pose_only, with_effects
+from omnimorph.studies.reproduction.flights import CASES, A, pose_only, with_effects
 from omnimorph.studies.reproduction.plan import FlyJobs, Plan
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 
-__all__ = [
-    "LESS",
-    "METRICS",
-    "MORE",
-    "PERFECT",
-    "REFERENCE",
-    "Ablation",
-    "Condition",
-    "Lag",
-    "count_ablation",
-    "fly_ablation",
-]
-
-CASES = (A, B)
 PERFECT, LESS = "perfect plant, plus one", "realistic plant, less one"
 MORE, REFERENCE = "realistic plant, plus one", "realistic plant, another reference"
 METRICS = (
@@ -65,19 +51,11 @@ METRICS = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Condition:
-    """One way to fly, and what came of it.
+    """One way to fly, and what came of it."""
 
-    Attributes
-    ----------
-    group, label : str
-        What it is compared with, and what is different.
-    flown : mapping of scenario name to list of FlightResult
-        One for each seed.
-    """
-
-    group: str
-    label: str
-    flown: Mapping[str, list[FlightResult]]
+    group: str  # what it is compared with
+    label: str  # what is different
+    flown: Mapping[str, list[FlightResult]]  # scenario -> one for each seed
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds."""
@@ -157,21 +135,15 @@ def count_ablation(plan: Plan) -> int:
 def fly_ablation(plan: Plan, fly_jobs: FlyJobs) -> Ablation:
     """Fly both cases in every way."""
     scenarios = {name: load_scenario(name) for name in CASES}
-    ways = {name: _ways(scenario) for name, scenario in scenarios.items()}
-    jobs = [
-        Job(one, seed)
-        for name in CASES
-        for one in ways[name].values()
-        for seed in _seeds(one, plan)
-    ]
+    ways = {(name, *way): one for name in CASES for way, one in _ways(scenarios[name]).items()}
+    jobs = [Job(one, seed) for one in ways.values() for seed in _seeds(one, plan)]
     flown = iter(fly_jobs(jobs, "one imperfection at a time"))
-    by_case = {
-        name: [[next(flown) for _ in _seeds(one, plan)] for one in ways[name].values()]
-        for name in CASES
-    }
+    found = {way: [next(flown) for _ in _seeds(one, plan)] for way, one in ways.items()}
     conditions = [
-        Condition(group=group, label=label, flown={name: by_case[name][i] for name in CASES})
-        for i, (group, label) in enumerate(ways[A])
+        Condition(
+            group=group, label=label, flown={name: found[name, group, label] for name in CASES}
+        )
+        for group, label in _ways(scenarios[A])
     ]
     return Ablation(conditions=conditions, lag=_lag(scenarios[A]))
 

@@ -11,7 +11,6 @@ import numpy as np
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import A
 from omnimorph.studies.reproduction.frontier import (
@@ -30,42 +29,21 @@ from omnimorph.studies.reproduction.lost_thrust import (
     speed_limits,
     with_speed_limit,
 )
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 from omnimorph.studies.reproduction.spread import share_interval, spread_of
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, Verdict, judge, survival_holds
 from omnimorph.units import from_SI
 
-__all__ = [
-    "Degraded",
-    "PaperLoss",
-    "count_degraded",
-    "fly_degraded",
-    "fly_paper_losses",
-    "paper_loss",
-]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PaperLoss:
-    """One of the losses the paper flies.
+    """One of the losses the paper flies."""
 
-    Attributes
-    ----------
-    key : str
-        The claim about it.
-    scenario : str
-    loss : float
-        Share of the thrust.
-    speed_limit : float, rad/s
-    flown : list of FlightResult
-        One for each seed.
-    """
-
-    key: str
+    key: str  # of the claim about it
     scenario: str
-    loss: float
-    speed_limit: float
-    flown: list[FlightResult]
+    loss: float  # share of the thrust
+    speed_limit: float  # rad/s
+    flown: list[FlightResult]  # one for each seed
 
     def share(self, criterion: str) -> Share:
         """Return how many flights met a criterion, of how many."""
@@ -76,13 +54,7 @@ class PaperLoss:
 class Degraded:
     """What came of all flights with less thrust.
 
-    Attributes
-    ----------
-    losses : list of PaperLoss
-    frontiers : list of Frontier
-    dead : mapping of (scenario name, criterion) to list of (met it, flown)
-        One rotor gives no thrust at all; one entry a rotor.
-    judged : list of Judged
+    `dead` has, by scenario and criterion, a share for each rotor that gives no thrust at all.
     """
 
     losses: list[PaperLoss]
@@ -159,18 +131,17 @@ def paper_loss(key: str, speed_limit: float | None = None) -> Scenario:
 def fly_paper_losses(plan: Plan, fly_jobs: FlyJobs) -> list[PaperLoss]:
     """Fly what the paper flew with less thrust, at both limits of speed, over the seeds."""
     limits = speed_limits(load_scenario(A).vehicle)
-    rows = [(key, limit) for key in _PAPER_KEYS for limit in limits]
-    jobs = [Job(paper_loss(key, limit), seed) for key, limit in rows for seed in plan.seeds]
-    flown, k = fly_jobs(jobs, "the paper's losses of thrust"), len(plan.seeds)
+    weakened = {(key, limit): paper_loss(key, limit) for key in _PAPER_KEYS for limit in limits}
+    flown = fly_over_seeds(weakened, plan.seeds, fly_jobs, "the paper's losses of thrust")
     return [
         PaperLoss(
             key=key,
             scenario=paper.claims()[key].about["scenario"],
             loss=paper.claims()[key].about["loss_percent"] / 100.0,
             speed_limit=limit,
-            flown=flown[i * k : (i + 1) * k],
+            flown=results,
         )
-        for i, (key, limit) in enumerate(rows)
+        for (key, limit), results in flown.items()
     ]
 
 

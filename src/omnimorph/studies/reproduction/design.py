@@ -8,11 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from omnimorph.analysis import (
-    actuation,
-    mass_break_even,
-    mechanism_share,
-)
+from omnimorph.analysis import actuation, mass_break_even, mechanism_share
 from omnimorph.analysis.overview import VehicleAnalysis, analyze
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
@@ -22,8 +18,6 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.printed_matrix import PrintedMatrix, compare_printed_matrix
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 
-__all__ = ["CounterExample", "Design", "examine_design"]
-
 VEHICLE = "omnimorph"
 _ANALYZE = f"omnimorph analyze {VEHICLE}"
 _ERRATA = "pytest tests/paper/test_errata.py"
@@ -32,39 +26,18 @@ _ACTUATION = "pytest tests/physics/test_actuation.py"
 
 @dataclass(frozen=True, kw_only=True)
 class CounterExample:
-    """Thrusts that distinguish two conditions on rank F.
+    """Thrusts that distinguish two conditions on rank F."""
 
-    Attributes
-    ----------
-    tilt : float, rad
-    thrusts : str
-        In words.
-    paper : int
-        The rank that the paper's condition gives.
-    ours : int
-        The rank of F, computed.
-    condition : str
-        What decides it.
-    """
-
-    tilt: float
-    thrusts: str
-    paper: int
-    ours: int
-    condition: str
+    tilt: float  # rad
+    thrusts: str  # in words
+    paper: int  # rank that the paper's condition gives
+    ours: int  # rank of F, computed
+    condition: str  # what decides it
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Design:
-    """The vehicle, analysed and set beside the paper.
-
-    Attributes
-    ----------
-    analysis : VehicleAnalysis
-    matrix : PrintedMatrix
-    examples : tuple of CounterExample
-    judged : list of Judged
-    """
+    """The vehicle, analysed and set beside the paper."""
 
     analysis: VehicleAnalysis
     matrix: PrintedMatrix

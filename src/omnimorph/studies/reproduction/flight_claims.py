@@ -34,8 +34,6 @@ from omnimorph.studies.reproduction.verdicts import (
 )
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
-__all__ = ["judge_flights"]
-
 _LOST = "What is not flown to the end cannot be compared."
 _FIRST_CLIMB = 5.0  # s in which the tilt of Case A may rise before it is judged
 _COMPARABLE = 1.1  # an error is comparable if it is no larger by more than 10 %

@@ -20,28 +20,15 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job, fly_runs
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
-
-__all__ = [
-    "A",
-    "B",
-    "FIXED_A",
-    "FIXED_B",
-    "SCENARIOS",
-    "W3",
-    "PaperFlights",
-    "Variant",
-    "count_flights",
-    "fly_paper",
-    "pose_only",
-    "with_effects",
-]
 
 A, B, W3 = "paper-case-a", "paper-case-b", "paper-case-b-w3"
 FIXED_A, FIXED_B = "paper-fixed-45-a", "paper-fixed-45-b"
 SCENARIOS = (A, B, W3, FIXED_A, FIXED_B)
 """What the paper flew, in the order of every table."""
+CASES = (A, B)
+"""Its two cases, which all further studies fly."""
 
 _STEPS = (0.5e-3, 1e-3, 2e-3, 4e-3)  # s, of the perfect plants that ought to agree
 _TINY_NOISE = 1e-5  # m, m/s, rad and rad/s, 1σ
@@ -49,58 +36,31 @@ _TINY_NOISE = 1e-5  # m, m/s, rad and rad/s, 1σ
 
 @dataclass(frozen=True)
 class Variant:
-    """Case A and Case B in a plant without imperfection, but for its step or a tiny noise.
+    """Case A and Case B in a plant without imperfection, but for its step or a tiny noise."""
 
-    Attributes
-    ----------
-    step : float, s
-        Of physics and control.
-    noise : float, m, m/s, rad, rad/s
-        One standard deviation of every measurement.
-    run : Run
-        Of Case A.
-    b : FlightResult
-        What came of Case B in the same plant.
-    """
-
-    step: float
-    noise: float
-    run: Run
-    b: FlightResult
+    step: float  # s, of physics and control
+    noise: float  # m, m/s, rad and rad/s, 1σ of every measurement
+    run: Run  # of Case A
+    b: FlightResult  # of Case B in the same plant
 
 
 @dataclass(frozen=True, kw_only=True)
 class PaperFlights:
-    """What came of the paper's flights; mappings are by the name of the scenario.
+    """What came of the paper's flights, by the name of the scenario: one result for each seed.
 
-    Attributes
-    ----------
-    seeds : range
-        Of the realistic plant.
-    runs : mapping to Run
-        The first seed in the realistic plant, for the figures.
-    realistic : mapping to list of FlightResult
-        One for each seed.
-    perfect : mapping to FlightResult
-        In the perfect plant, which needs no seed.
-    without_momentum : mapping to list of FlightResult
-        As realistic, but the spinning rotors carry no angular momentum (the plant ``realistic-1``).
-    pose_only : mapping to list of FlightResult
-        Without momentum, and with a reference without velocity and acceleration feed-forward.
-    in_wakes : mapping to list of FlightResult
-        As realistic, with rotors that blow on one another.
-    variants : list of Variant
-        Perfect plants that ought to agree.
+    Without momentum (the plant ``realistic-1``) the spinning rotors carry no angular momentum, and
+    so with the pose only, a reference without velocity and acceleration feed-forward; in wakes
+    rotors blow on one another.
     """
 
     seeds: range
-    runs: Mapping[str, Run]
+    runs: Mapping[str, Run]  # the first seed in the realistic plant, for the figures
     realistic: Mapping[str, list[FlightResult]]
-    perfect: Mapping[str, FlightResult]
+    perfect: Mapping[str, FlightResult]  # needs no seed
     without_momentum: Mapping[str, list[FlightResult]]
     pose_only: Mapping[str, list[FlightResult]]
     in_wakes: Mapping[str, list[FlightResult]]
-    variants: list[Variant]
+    variants: list[Variant]  # perfect plants that ought to agree
 
     def values(self, scenario: str, metric: str) -> FloatArray:
         """Return a metric of the completed realistic flights of a scenario."""
@@ -146,39 +106,23 @@ def fly_paper(plan: Plan, fly_jobs: FlyJobs) -> PaperFlights:
     """Fly the paper's scenarios over the seeds, in the realistic and in the perfect plant."""
     scenarios = {name: load_scenario(name) for name in SCENARIOS}
     perfect, no_momentum = load_plant("perfect"), load_plant("realistic-1")
-    still = fly_jobs(
-        [Job(replace(scenarios[name], plant=perfect), 0) for name in SCENARIOS],
-        "the perfect plant",
-    )
+    ideal = {name: replace(one, plant=perfect) for name, one in scenarios.items()}
+    without_momentum = {name: replace(one, plant=no_momentum) for name, one in scenarios.items()}
+    without_rates = {name: pose_only(one) for name, one in without_momentum.items()}
+    in_wakes = {name: with_effects(one, Interference()) for name, one in scenarios.items()}
+    once = fly_over_seeds(ideal, [0], fly_jobs, "the perfect plant")
+
+    def over_seeds(flown: Mapping[str, Scenario], purpose: str) -> dict[str, list[FlightResult]]:
+        return fly_over_seeds(flown, plan.seeds, fly_jobs, purpose)
+
     return PaperFlights(
         seeds=plan.seeds,
-        runs=dict(
-            zip(
-                SCENARIOS,
-                fly_runs([Job(scenarios[name], plan.seeds[0]) for name in SCENARIOS]),
-                strict=True,
-            )
-        ),
-        realistic=_over_seeds(scenarios, plan, fly_jobs, "the paper's flights"),
-        perfect=dict(zip(SCENARIOS, still, strict=True)),
-        without_momentum=_over_seeds(
-            {name: replace(one, plant=no_momentum) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "rotors without momentum",
-        ),
-        pose_only=_over_seeds(
-            {name: pose_only(replace(one, plant=no_momentum)) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "references without feed-forward",
-        ),
-        in_wakes=_over_seeds(
-            {name: with_effects(one, Interference()) for name, one in scenarios.items()},
-            plan,
-            fly_jobs,
-            "rotors in one another's wakes",
-        ),
+        runs=runs_of(scenarios, plan.seeds[0]),
+        realistic=over_seeds(scenarios, "the paper's flights"),
+        perfect={name: flown for name, (flown,) in once.items()},
+        without_momentum=over_seeds(without_momentum, "rotors without momentum"),
+        pose_only=over_seeds(without_rates, "references without feed-forward"),
+        in_wakes=over_seeds(in_wakes, "rotors in one another's wakes"),
         variants=_fly_variants(scenarios, fly_jobs),
     )
 
@@ -195,14 +139,6 @@ def with_effects(scenario: Scenario, *effects: Any) -> Scenario:
     kinds = {effect.kind for effect in effects}
     kept = tuple(effect for effect in scenario.plant.effects if effect.kind not in kinds)
     return replace(scenario, plant=replace(scenario.plant, effects=(*kept, *effects)))
-
-
-def _over_seeds(
-    scenarios: Mapping[str, Scenario], plan: Plan, fly_jobs: FlyJobs, purpose: str
-) -> dict[str, list[FlightResult]]:
-    jobs = [Job(scenario, seed) for scenario in scenarios.values() for seed in plan.seeds]
-    flown, k = fly_jobs(jobs, purpose), len(plan.seeds)
-    return {name: flown[i * k : (i + 1) * k] for i, name in enumerate(scenarios)}
 
 
 def _fly_variants(scenarios: Mapping[str, Scenario], fly_jobs: FlyJobs) -> list[Variant]:

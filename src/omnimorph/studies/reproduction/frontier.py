@@ -18,10 +18,8 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
-from omnimorph.studies.many_flights import Job
-from omnimorph.studies.reproduction.flights import A, with_effects
+from omnimorph.studies.reproduction.flights import CASES, A, with_effects
 from omnimorph.studies.reproduction.lost_thrust import (
-    CASES,
     KINDS,
     NOT_LOST,
     POSE_KEPT,
@@ -31,16 +29,7 @@ from omnimorph.studies.reproduction.lost_thrust import (
     speed_limits,
     with_speed_limit,
 )
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
-
-__all__ = [
-    "Frontier",
-    "PhysicalLimits",
-    "count_frontiers",
-    "fly_dead_rotors",
-    "physical_limits",
-    "search_frontiers",
-]
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 
 PhysicalLimits = dict[tuple[str, float], float]
 """A share of the thrust, by the kind of loss and the limit of rotor speed, rad/s."""
@@ -50,29 +39,19 @@ _LARGEST_LOSS = {"all rotors": 0.9, "lower rotors": 0.98}  # where nothing flies
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Frontier:
-    """How the share of flights that survive falls with the loss of thrust.
+    """How the share of flights that survive falls with the loss of thrust, a share as well.
 
-    Attributes
-    ----------
-    scenario, kind, criterion : str
-        Which case, which rotors lose thrust, and what counts: `NOT_LOST` or `POSE_KEPT`.
-    speed_limit : float, rad/s
-        Of every rotor, for the controller and the plant.
-    survived : mapping of loss to (met the criterion, flown)
-        At every loss that was tried; the loss is a share of the thrust.
-    bracket : (float, float)
-        The largest loss tried at which at least half do, and the next one tried, that fewer do.
-    physical_limit : float
-        The largest loss at which the weight can be held, as a share.
+    The bracket is the largest loss tried at which at least half of them do, and the next one tried,
+    that fewer do.
     """
 
     scenario: str
-    kind: str
-    criterion: str
-    speed_limit: float
-    survived: Mapping[float, Share]
+    kind: str  # which rotors lose thrust
+    criterion: str  # what counts: `NOT_LOST` or `POSE_KEPT`
+    speed_limit: float  # rad/s, of every rotor, for the controller and the plant
+    survived: Mapping[float, Share]  # at every loss that was tried
     bracket: tuple[float, float]
-    physical_limit: float
+    physical_limit: float  # the largest loss at which the weight can be held
 
 
 def count_frontiers(plan: Plan) -> int:
@@ -95,17 +74,13 @@ def search_frontiers(plan: Plan, fly_jobs: FlyJobs, physical: PhysicalLimits) ->
     seeds = plan.first_seeds(plan.loss_seeds)
     for _ in range(plan.loss_rounds):
         tried = [0.5 * (low + high) for low, high in intervals]
-        flown = fly_jobs(
-            [
-                Job(degrade(with_speed_limit(scenarios[name], limit), loss, kind), seed)
-                for (name, kind, _, limit), loss in zip(searches, tried, strict=True)
-                for seed in seeds
-            ],
-            "the largest loss that is survived",
-        )
+        weakened = {
+            i: degrade(with_speed_limit(scenarios[name], limit), tried[i], kind)
+            for i, (name, kind, _, limit) in enumerate(searches)
+        }
+        flown = fly_over_seeds(weakened, seeds, fly_jobs, "the largest loss that is survived")
         for i, (loss, (low, high)) in enumerate(zip(tried, intervals, strict=True)):
-            part = flown[i * len(seeds) : (i + 1) * len(seeds)]
-            survived[i][loss] = count_met(part, searches[i][2])
+            survived[i][loss] = count_met(flown[i], searches[i][2])
             intervals[i] = (loss, high) if survived[i][loss].at_least_half else (low, loss)
     return [
         Frontier(
@@ -169,12 +144,11 @@ def fly_dead_rotors(plan: Plan, fly_jobs: FlyJobs) -> dict[tuple[str, str], list
     for name in CASES:
         scenario = load_scenario(name)
         n = scenario.vehicle.n_rotors
-        dead = [
-            with_effects(scenario, Effectiveness(share=tuple(float(i != k) for i in range(n))))
+        dead = {
+            k: with_effects(scenario, Effectiveness(share=tuple(float(i != k) for i in range(n))))
             for k in range(n)
-        ]
-        flown = fly_jobs([Job(one, seed) for one in dead for seed in seeds], "a dead rotor")
-        parts = [flown[k * len(seeds) : (k + 1) * len(seeds)] for k in range(n)]
+        }
+        flown = fly_over_seeds(dead, seeds, fly_jobs, "a dead rotor")
         for criterion in (NOT_LOST, POSE_KEPT):
-            found[name, criterion] = [count_met(part, criterion) for part in parts]
+            found[name, criterion] = [count_met(part, criterion) for part in flown.values()]
     return found

@@ -16,25 +16,11 @@ from omnimorph.simulation.effects import Interference
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_plant, load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.flights import W3, A, B, pose_only, with_effects
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds
 from omnimorph.studies.reproduction.spread import Spread, spread_of
 from omnimorph.studies.reproduction.verdicts import Verdict, is_near
-
-__all__ = [
-    "CASES",
-    "ERRORS",
-    "FITTED_GAIN",
-    "GAIN_WITHOUT_A_ZERO",
-    "MOMENTUM_AND_WAKES",
-    "WITH_MOMENTUM",
-    "Hypothesis",
-    "count_hypotheses",
-    "error_claims",
-    "fly_hypotheses",
-]
 
 CASES = (A, B, W3)
 ERRORS = ("position_error_mean_m", "attitude_error_paper")
@@ -59,24 +45,12 @@ class _Change(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Hypothesis:
-    """One way to read the paper, and what came of it.
+    """One way to read the paper, and what came of it."""
 
-    Attributes
-    ----------
-    label : str
-        What is different from the paper's text.
-    verdict : Verdict or None
-        What a number is called that it explains; None where nothing but the paper's text is flown.
-    against : str
-        What speaks against it beside its numbers; may be empty.
-    flown : mapping of scenario name to list of FlightResult
-        One for each seed.
-    """
-
-    label: str
-    verdict: Verdict | None
-    against: str
-    flown: Mapping[str, list[FlightResult]]
+    label: str  # what is different from the paper's text
+    verdict: Verdict | None  # of what it explains; None: flown as the paper states it
+    against: str  # what speaks against it beside its numbers; may be empty
+    flown: Mapping[str, list[FlightResult]]  # scenario -> one for each seed
 
     def spread(self, scenario: str, metric: str) -> Spread:
         """Return a metric over the seeds, in the unit of the paper's claims."""
@@ -152,17 +126,19 @@ def count_hypotheses(plan: Plan) -> int:
 def fly_hypotheses(plan: Plan, fly_jobs: FlyJobs) -> list[Hypothesis]:
     """Fly the paper's three flights under every hypothesis, over all the seeds."""
     scenarios = {name: load_scenario(name) for name in CASES}
-    ways = [(change, name) for change in _changes() for name in CASES]
-    changed = [change.apply(scenarios[name]) for change, name in ways]
-    jobs = [Job(scenario, seed) for scenario in changed for seed in plan.seeds]
-    flown = iter(fly_jobs(jobs, "hypotheses on the sizes of the errors"))
-    by_way = {(change.label, name): [next(flown) for _ in plan.seeds] for change, name in ways}
+    changed = {
+        (change.label, name): change.apply(scenarios[name])
+        for change in _changes()
+        for name in CASES
+    }
+    purpose = "hypotheses on the sizes of the errors"
+    flown = fly_over_seeds(changed, plan.seeds, fly_jobs, purpose)
     return [
         Hypothesis(
             label=change.label,
             verdict=change.verdict,
             against=change.against,
-            flown={name: by_way[change.label, name] for name in CASES},
+            flown={name: flown[change.label, name] for name in CASES},
         )
         for change in _changes()
     ]

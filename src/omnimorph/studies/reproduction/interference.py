@@ -16,22 +16,14 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.verdicts import Basis, Judged, judge
 from omnimorph.units import to_SI
 
-__all__ = ["Experiment", "StandTest", "replay_experiment"]
-
 _SETTLED = 2.0  # s at the end of the highest step, over which forces are averaged
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class StandTest:
-    """The rotor on the sensor at one tilt, alone and with the others.
+    """The rotor on the sensor at one tilt, alone and with the others."""
 
-    Attributes
-    ----------
-    tilt : float, rad
-    alone, together : StandReading
-    """
-
-    tilt: float
+    tilt: float  # rad
     alone: StandReading
     together: StandReading
 
@@ -53,19 +45,10 @@ class StandTest:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Experiment:
-    """The replayed experiment.
+    """The replayed experiment."""
 
-    Attributes
-    ----------
-    rotor : int
-        The lower rotor on the sensor, from 0.
-    tests : list of StandTest
-        One for each tilt.
-    judged : list of Judged
-    """
-
-    rotor: int
-    tests: list[StandTest]
+    rotor: int  # the lower one on the sensor, from 0
+    tests: list[StandTest]  # one for each tilt
     judged: list[Judged]
 
     def as_dict(self) -> dict[str, Any]:

@@ -19,23 +19,8 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.simulation.effects import Effectiveness
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.reproduction.flights import A, B, with_effects
+from omnimorph.studies.reproduction.flights import with_effects
 
-__all__ = [
-    "CASES",
-    "KEPT_WITHIN_DEG",
-    "KEPT_WITHIN_M",
-    "KINDS",
-    "NOT_LOST",
-    "POSE_KEPT",
-    "Share",
-    "count_met",
-    "degrade",
-    "speed_limits",
-    "with_speed_limit",
-]
-
-CASES = (A, B)
 KINDS = ("all rotors", "lower rotors")
 NOT_LOST, POSE_KEPT = "not lost", "pose kept"
 KEPT_WITHIN_M, KEPT_WITHIN_DEG = 0.1, 10.0

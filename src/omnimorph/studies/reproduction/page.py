@@ -13,22 +13,19 @@ from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.many_flights import Job
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.ablation import LESS, MORE, PERFECT, Ablation
-from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.flights import CASES, A, B
 from omnimorph.studies.reproduction.hypotheses import (
     ERRORS,
     MOMENTUM_AND_WAKES,
     WITH_MOMENTUM,
     Hypothesis,
 )
-from omnimorph.studies.reproduction.lost_thrust import CASES
 from omnimorph.studies.reproduction.plan import Plan
 from omnimorph.studies.reproduction.rendering import render
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.verdicts import Judged, Verdict, is_near
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
-
-__all__ = ["command", "page_text", "results_text"]
 
 
 def page_text(

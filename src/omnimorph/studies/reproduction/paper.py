@@ -9,33 +9,18 @@ from functools import cache
 from importlib import resources
 from typing import Any
 
-__all__ = ["PaperClaim", "bench", "claims", "printed_matrix", "reference"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class PaperClaim:
-    """One statement of the paper.
+    """One statement of the paper: a number with its unit, or words.
 
-    Attributes
-    ----------
-    key : str
-        A short name.
-    text, where : str
-        The claim in our words, and the part of the paper where it stands.
-    rule : str
-        What kind of claim it is, and so the rule by which it is judged: see `verdicts.RULES`.
-    value : float or None
-        Its number, if it is one.
-    unit : str
-        Of the number.
-    about : mapping
-        What the claim is about, where that is a number or a flight: ``tilt_deg``, ``scenario``…
+    What it is about, where that is a number or a flight, is named: ``tilt_deg``, ``scenario``…
     """
 
-    key: str
-    text: str
-    where: str
-    rule: str
+    key: str  # a short name
+    text: str  # the claim in our words
+    where: str  # the part of the paper where it stands
+    rule: str  # what kind of claim it is, and so how it is judged: see `verdicts.RULES`
     value: float | None = None
     unit: str = ""
     about: Mapping[str, Any] = field(default_factory=dict)
@@ -45,10 +30,10 @@ class PaperClaim:
 def claims() -> Mapping[str, PaperClaim]:
     """Return every claim of the paper by its key, in the paper's order."""
     found = {}
-    for entry in _content()["claim"]:
-        own = {name: entry.pop(name) for name in ("key", "text", "where", "rule")}
-        value, unit = entry.pop("value", None), entry.pop("unit", "")
-        found[own["key"]] = PaperClaim(**own, value=value, unit=unit, about=entry)
+    for key, entry in _content()["claim"].items():
+        names = ("text", "where", "rule", "value", "unit")
+        own = {name: entry.pop(name) for name in names if name in entry}
+        found[key] = PaperClaim(key=key, **own, about=entry)
     return found
 
 

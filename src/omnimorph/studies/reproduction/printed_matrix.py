@@ -14,8 +14,6 @@ import numpy as np
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.studies.reproduction import paper
 
-__all__ = ["Entry", "Factors", "PrintedMatrix", "compare_printed_matrix", "factors_of"]
-
 Factors = dict[str, int]
 """Of c, s, Lc, Ls, kc and ks; what is not there is zero."""
 
@@ -32,14 +30,9 @@ class Entry(NamedTuple):
 
 
 class PrintedMatrix(NamedTuple):
-    """The comparison.
+    """The comparison: six rows of eight entries, in the paper's order of columns.
 
-    Attributes
-    ----------
-    rotors : tuple of int
-        Which rotor of the catalogue's vehicle, from 0, each printed column is.
-    entries : tuple of rows of Entry
-        Six rows, eight columns, in the paper's order of columns.
+    `rotors` says which rotor of the catalogue's vehicle, from 0, each column is.
     """
 
     rotors: tuple[int, ...]

@@ -16,7 +16,7 @@ from omnimorph.report.tables import Table, degrees
 from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.flights import W3, A, B
+from omnimorph.studies.reproduction.flights import CASES, W3, A, B
 from omnimorph.studies.reproduction.hypotheses import error_claims
 from omnimorph.studies.reproduction.lost_thrust import (
     KEPT_WITHIN_DEG,
@@ -39,8 +39,6 @@ from omnimorph.units import from_SI
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["as_table", "render", "templates"]
-
 
 def render(template: str, **content: Any) -> str:
     """Return a file of ``templates``, filled in: HTML, whose texts are escaped, or Markdown."""
@@ -55,7 +53,7 @@ def templates() -> Environment:
         "A": A,
         "B": B,
         "W3": W3,
-        "CASES": (A, B),
+        "CASES": CASES,
         "TURN": 2.0 * math.pi,
         "NEAR": NEAR,
         "KEPT_WITHIN_M": KEPT_WITHIN_M,

@@ -14,25 +14,10 @@ from omnimorph.studies.reproduction.hypotheses import Hypothesis
 from omnimorph.studies.reproduction.interference import Experiment
 from omnimorph.studies.reproduction.tilt_choice import TiltChoice
 
-__all__ = ["Results"]
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Results:
-    """All that was found: one field a section of the page.
-
-    Attributes
-    ----------
-    design : Design
-    flights : PaperFlights
-    hypotheses : list of Hypothesis
-    ablation : Ablation
-    experiment : Experiment
-    degraded : Degraded
-    degraded_runs : mapping of key of a claim to Run
-        One flight of each of the paper's losses of thrust.
-    tilt_choice : TiltChoice
-    """
+    """All that was found: one field a section of the page."""
 
     design: Design
     flights: PaperFlights
@@ -40,5 +25,5 @@ class Results:
     ablation: Ablation
     experiment: Experiment
     degraded: Degraded
-    degraded_runs: Mapping[str, Run]
+    degraded_runs: Mapping[str, Run]  # key of a claim -> one flight with that loss of thrust
     tilt_choice: TiltChoice

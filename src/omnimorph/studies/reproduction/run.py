@@ -22,9 +22,8 @@ from typing import Any
 from omnimorph.errors import InputError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.atomic import write_text
-from omnimorph.results.run import Run
 from omnimorph.studies.flight_log import FlightLog, FlightResult
-from omnimorph.studies.many_flights import Job, fly_jobs, fly_runs
+from omnimorph.studies.many_flights import Job, fly_jobs
 from omnimorph.studies.own_folder import FLIGHTS, check_own, own_folder
 from omnimorph.studies.processes import busy_pool
 from omnimorph.studies.reproduction import paper
@@ -38,7 +37,7 @@ from omnimorph.studies.reproduction.frontier import physical_limits
 from omnimorph.studies.reproduction.hypotheses import count_hypotheses, fly_hypotheses
 from omnimorph.studies.reproduction.interference import replay_experiment
 from omnimorph.studies.reproduction.page import command, page_text, results_text
-from omnimorph.studies.reproduction.plan import Plan
+from omnimorph.studies.reproduction.plan import Plan, runs_of
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.tilt_choice import (
     TiltChoice,
@@ -48,8 +47,6 @@ from omnimorph.studies.reproduction.tilt_choice import (
     measure_gaps,
 )
 from omnimorph.studies.reproduction.verdicts import Judged
-
-__all__ = ["SCHEMA", "reproduce"]
 
 Progress = Callable[[float, float, str], None]
 
@@ -116,13 +113,7 @@ class _Work:
         self.plan, self.log = plan, log
         self.flown: dict[str, list[tuple[Job, FlightResult]]] = {}
         self._progress, self._done = progress, 0
-        counts = (
-            count_flights,
-            count_hypotheses,
-            count_ablation,
-            count_degraded,
-            count_choices,
-        )
+        counts = (count_flights, count_hypotheses, count_ablation, count_degraded, count_choices)
         self._total = sum(count(plan) for count in counts) + N_PICTURES
 
     def find(self) -> Results:
@@ -138,7 +129,9 @@ class _Work:
                 hypotheses=fly_hypotheses(plan, fly_them),
                 ablation=fly_ablation(plan, fly_them),
                 degraded=fly_degraded(plan, fly_them, physical.result()),
-                degraded_runs=_fly_drawn_losses(plan),
+                degraded_runs=runs_of(
+                    {key: paper_loss(key) for key in _DRAWN_LOSSES}, plan.seeds[0]
+                ),
                 tilt_choice=TiltChoice(
                     choices=fly_choices(plan, fly_them),
                     gaps=gaps.result(),
@@ -166,12 +159,6 @@ class _Work:
     def n_flights(self) -> int:
         """How many flights were asked for."""
         return sum(len(part) for part in self.flown.values())
-
-
-def _fly_drawn_losses(plan: Plan) -> dict[str, Run]:
-    """Return one flight of each of the paper's losses that a figure shows."""
-    runs = fly_runs([Job(paper_loss(key), plan.seeds[0]) for key in _DRAWN_LOSSES])
-    return dict(zip(_DRAWN_LOSSES, runs, strict=True))
 
 
 def _write(results: Results, work: _Work, folder: Path) -> None:

@@ -10,28 +10,16 @@ import numpy as np
 
 from omnimorph.studies.flight_log import FlightResult
 
-__all__ = ["Spread", "share_interval", "spread_of"]
-
 
 class Spread(NamedTuple):
-    """One metric over the seeds of one flight.
-
-    Attributes
-    ----------
-    mean, low, high : float
-        Over the flights that were completed; not a number if none was.
-    half_width : float
-        Of Student's 95 % interval of the mean; not a number for a single flight.
-    flights, completed : int
-        How many were flown, and how many of them to the end.
-    """
+    """One metric over the seeds of one flight; not numbers if none was completed."""
 
     mean: float
     low: float
     high: float
-    half_width: float
+    half_width: float  # of Student's 95 % interval of the mean; not a number for a single flight
     flights: int
-    completed: int
+    completed: int  # how many of them were flown to the end
 
 
 def spread_of(flown: Sequence[FlightResult], metric: str, factor: float = 1.0) -> Spread:

@@ -20,24 +20,10 @@ from omnimorph.simulation.fly import fly
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import load_scenario
 from omnimorph.studies.flight_log import FlightResult
-from omnimorph.studies.many_flights import Job, fly_runs
-from omnimorph.studies.reproduction.flights import A, B
-from omnimorph.studies.reproduction.plan import FlyJobs, Plan
+from omnimorph.studies.reproduction.flights import CASES, A
+from omnimorph.studies.reproduction.plan import FlyJobs, Plan, fly_over_seeds, runs_of
 from omnimorph.studies.reproduction.spread import spread_of
 
-__all__ = [
-    "CASES",
-    "Choice",
-    "Gap",
-    "LowerBound",
-    "TiltChoice",
-    "count_choices",
-    "find_lower_bound",
-    "fly_choices",
-    "measure_gaps",
-]
-
-CASES = (A, B)
 THREE, WINDOW, RANGE = "three candidates", "exhaustive, window", "exhaustive, range"
 _IN_WINDOW, _IN_RANGE = 21, 61
 _BOUND_TILTS, _BOUND_PERIOD = 121, 0.04  # half a degree apart; s
@@ -46,37 +32,20 @@ _TURN = 2.0 * math.pi
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Choice:
-    """One method to choose the tilt; mappings are by the name of the scenario.
-
-    Attributes
-    ----------
-    label : str
-    runs : mapping to Run
-        The first seed, for the figure.
-    flown : mapping to list of FlightResult
-        One for each seed.
-    """
+    """One method to choose the tilt; mappings are by the name of the scenario."""
 
     label: str
-    runs: Mapping[str, Run]
-    flown: Mapping[str, list[FlightResult]]
+    runs: Mapping[str, Run]  # the first seed, for the figure
+    flown: Mapping[str, list[FlightResult]]  # one for each seed
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Gap:
-    """How much more each step of the paper's rule costs than the best there is.
-
-    Attributes
-    ----------
-    scenario, span : str
-        Which case; the best of what: `WINDOW` or `RANGE`.
-    gap : (S,) array
-        (cost − least) / least at each control step of a flight.
-    """
+    """How much more each step of the paper's rule costs than the best there is."""
 
     scenario: str
-    span: str
-    gap: FloatArray
+    span: str  # the best of what: `WINDOW` or `RANGE`
+    gap: FloatArray  # (S,): (cost − least) / least at each control step of a flight
 
     @property
     def median(self) -> float:
@@ -91,17 +60,11 @@ class Gap:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LowerBound:
-    """The least power with which the trajectory's exact wrench can be made, at each instant.
+    """The least power with which the trajectory's exact wrench can be made, at K instants."""
 
-    Attributes
-    ----------
-    time, tilt, power : (K,) arrays, s, rad and W
-        When, the best tilt there, and what it costs.
-    """
-
-    time: FloatArray
-    tilt: FloatArray
-    power: FloatArray
+    time: FloatArray  # (K,), s
+    tilt: FloatArray  # (K,), rad: the best there
+    power: FloatArray  # (K,), W
 
     @property
     def energy(self) -> float:
@@ -176,24 +139,8 @@ def fly_choices(plan: Plan, fly_jobs: FlyJobs) -> list[Choice]:
     choices = []
     for label in (THREE, WINDOW, RANGE):
         searches = {name: _searching(scenario, label) for name, scenario in scenarios.items()}
-        flown = fly_jobs(
-            [Job(searches[name], seed) for name in CASES for seed in seeds],
-            "the choice of the tilt",
-        )
-        k = len(seeds)
-        choices.append(
-            Choice(
-                label=label,
-                runs=dict(
-                    zip(
-                        CASES,
-                        fly_runs([Job(searches[name], seeds[0]) for name in CASES]),
-                        strict=True,
-                    )
-                ),
-                flown={name: flown[i * k : (i + 1) * k] for i, name in enumerate(CASES)},
-            )
-        )
+        flown = fly_over_seeds(searches, seeds, fly_jobs, "the choice of the tilt")
+        choices.append(Choice(label=label, runs=runs_of(searches, seeds[0]), flown=flown))
     return choices
 
 

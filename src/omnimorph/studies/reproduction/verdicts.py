@@ -20,21 +20,6 @@ from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.paper import PaperClaim
 from omnimorph.studies.reproduction.wording import with_unit
 
-__all__ = [
-    "NEAR",
-    "RULES",
-    "Basis",
-    "Judged",
-    "Verdict",
-    "bound_holds",
-    "is_near",
-    "judge",
-    "order_holds",
-    "range_text",
-    "survival_holds",
-    "verdict_of",
-]
-
 NEAR = 0.10
 """As a share of the paper's value: near enough to say that it comes out."""
 

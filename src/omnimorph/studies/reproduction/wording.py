@@ -8,8 +8,6 @@ from omnimorph.report.tables import number
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 from omnimorph.studies.reproduction.spread import Spread
 
-__all__ = ["FLIGHT_LABELS", "difference_text", "mean_text", "spread_text", "with_unit"]
-
 FLIGHT_LABELS = {
     A: "Case A",
     B: "Case B",
@@ -42,9 +40,7 @@ def spread_text(spread: Spread, factor: float = 1.0) -> str:
         decimals = _decimals(half)
         shown = [f"{value:.{decimals}f}" for value in (mean, half, low, high)]
         text = "{} ± {} ({} … {})".format(*shown)
-    if spread.completed < spread.flights:
-        text += f", {spread.completed} of {spread.flights}"
-    return text.replace("-", "−")
+    return _with_count(text, spread)
 
 
 def mean_text(spread: Spread, factor: float = 1.0) -> str:
@@ -64,7 +60,11 @@ def mean_text(spread: Spread, factor: float = 1.0) -> str:
         return number(mean, 3)
     decimals = min(_decimals(half_width), max(3 - math.floor(math.log10(mean)), 0))
     half_width = math.ceil(half_width * 10**decimals) / 10**decimals
-    text = f"{mean:.{decimals}f} ± {half_width:.{decimals}f}"
+    return _with_count(f"{mean:.{decimals}f} ± {half_width:.{decimals}f}", spread)
+
+
+def _with_count(text: str, spread: Spread) -> str:
+    """Return a number with how many flights it is of, if that is not all."""
     if spread.completed < spread.flights:
         text += f", {spread.completed} of {spread.flights}"
     return text.replace("-", "−")

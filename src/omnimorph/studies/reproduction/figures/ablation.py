@@ -25,16 +25,14 @@ from omnimorph.report.tables import number
 from omnimorph.results.metrics import MEASURES
 from omnimorph.studies.flight_log import FlightResult
 from omnimorph.studies.reproduction import paper
-from omnimorph.studies.reproduction.ablation import CASES, Ablation, Condition
+from omnimorph.studies.reproduction.ablation import Ablation, Condition
 from omnimorph.studies.reproduction.figures.line_styles import DASHED
-from omnimorph.studies.reproduction.flights import A, B
+from omnimorph.studies.reproduction.flights import CASES, A, B
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["AblationPanel", "AblationRow", "ablation", "draw_ablation"]
 
 _ROW = 0.18  # height of a row, inches: two dots above each other, letters of 8 pt
 _APART = 0.4  # of the marks within a row
@@ -50,42 +48,23 @@ _NEAR_END = 0.12  # of the width of a panel: labels of ticks so near its end tur
 class AblationRow:
     """What was flown under one condition.
 
-    Attributes
-    ----------
-    label : str
-        The condition, in a few words.
-    group : str
-        The heading above it and its neighbours of the same group; "" for none.
-    values : mapping of str to mapping of str to sequence of float
-        Measure -> case -> one value a seed, in the unit of the panel. A value that is not finite is
-        a flight that was lost; what is missing is not drawn.
+    Values, in the unit of the panel, are by measure and case, one a seed. One that is not finite is
+    a flight that was lost; what is missing is not drawn.
     """
 
-    label: str
-    group: str
+    label: str  # the condition, in a few words
+    group: str  # the heading above it and its neighbours of the same group; "" for none
     values: Mapping[str, Mapping[str, Sequence[float]]]
 
 
 @dataclass(frozen=True)
 class AblationPanel:
-    """One column of the figure.
+    """One column of the figure."""
 
-    Attributes
-    ----------
-    measure : str
-        Which of the values of each row are drawn.
-    title : str
-        What they are, with their unit; may have two lines.
-    logarithmic : bool
-        Draw it so; all values are then positive.
-    paper : mapping of str to float
-        Case -> the value that the paper reports.
-    """
-
-    measure: str
-    title: str
-    logarithmic: bool = False
-    paper: Mapping[str, float] = field(default_factory=dict)
+    measure: str  # which of the values of each row are drawn
+    title: str  # what they are, with their unit; may have two lines
+    logarithmic: bool = False  # all values are then positive
+    paper: Mapping[str, float] = field(default_factory=dict)  # case -> what the paper reports
 
 
 @styled
@@ -277,22 +256,13 @@ def draw_ablation(found: Ablation) -> Figure:
         for metric in ("drag_energy_paper", "position_error_mean_m", "attitude_error_paper")
     }
     panels = [
-        AblationPanel("tilt_mean_deg", "tilt,\nmean (°)"),
-        AblationPanel(
-            "drag_energy_paper", "drag energy\n(“J”)", paper=reported["drag_energy_paper"]
-        ),
-        AblationPanel(
-            "position_error_mean_m",
-            "position error,\nmean (mm)",
-            logarithmic=True,
-            paper=reported["position_error_mean_m"],
-        ),
-        AblationPanel(
-            "attitude_error_paper",
-            "‖e_R‖,\nmean (–)",
-            logarithmic=True,
-            paper=reported["attitude_error_paper"],
-        ),
+        AblationPanel(metric, title, logarithmic, reported.get(metric, {}))
+        for metric, title, logarithmic in (
+            ("tilt_mean_deg", "tilt,\nmean (°)", False),
+            ("drag_energy_paper", "drag energy\n(“J”)", False),
+            ("position_error_mean_m", "position error,\nmean (mm)", True),
+            ("attitude_error_paper", "‖e_R‖,\nmean (–)", True),
+        )
     ]
     rows = [
         AblationRow(one.label, one.group, {panel.measure: _by_case(one, panel) for panel in panels})

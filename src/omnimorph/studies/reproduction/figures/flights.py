@@ -6,19 +6,10 @@ from omnimorph.report.style import Flight, LineStyle
 from omnimorph.studies.reproduction import paper
 from omnimorph.studies.reproduction.figures import summary
 from omnimorph.studies.reproduction.figures.line_styles import DOTTED, LINE_STYLES, ORDER
-from omnimorph.studies.reproduction.flights import (
-    FIXED_A,
-    FIXED_B,
-    W3,
-    A,
-    B,
-    PaperFlights,
-)
+from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B, PaperFlights
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.spread import spread_of
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
-
-__all__ = ["degraded_flights", "energy_rows", "paper_means", "variant_flights"]
 
 
 def energy_rows(flights: PaperFlights) -> list[summary.EnergyRow]:

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["frontier"]
-
 _APART = 1.4  # of neighbouring curves, points
 
 
@@ -52,8 +50,7 @@ def frontier(degraded: Degraded) -> Figure:
         for j, criterion in enumerate((NOT_LOST, POSE_KEPT)):
             axis = figure.add_subplot(grid[i, j])
             _draw_panel(
-                axis,
-                [o for o in degraded.frontiers if (o.kind, o.criterion) == (kind, criterion)],
+                axis, [o for o in degraded.frontiers if (o.kind, o.criterion) == (kind, criterion)]
             )
             axis.set_title(f"{kind}: {criterion}", loc="left")
             axis.tick_params(labelleft=j == 0)

@@ -6,8 +6,6 @@ from omnimorph.report import style
 from omnimorph.report.style import LineStyle
 from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, W3, A, B
 
-__all__ = ["DASHED", "DOTTED", "LINE_STYLES", "ORDER"]
-
 DASHED, DOTTED = (0, (4.0, 1.2)), (0, (1.2, 1.2))
 LINE_STYLES = {
     A: LineStyle(style.VERMILLION),

@@ -29,19 +29,12 @@ from omnimorph.studies.reproduction.figures.tilt_choice import (
     energy_by_choice,
     tilt_by_choice,
 )
-from omnimorph.studies.reproduction.flights import (
-    FIXED_A,
-    FIXED_B,
-    A,
-    B,
-)
+from omnimorph.studies.reproduction.flights import FIXED_A, FIXED_B, A, B
 from omnimorph.studies.reproduction.results import Results
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-__all__ = ["N_PICTURES", "draw_pictures"]
 
 N_PICTURES = 20
 """How many figures there are."""

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["stand"]
-
 _ALONE, _TOGETHER = LineStyle(BLUE), LineStyle(VERMILLION, (0, (5.0, 1.2)))
 _TURNING = 0.5  # s, when rotors that start from rest are at speed
 

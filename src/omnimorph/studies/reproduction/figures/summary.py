@@ -30,31 +30,15 @@ _OURS: Any = {"marker": "o", "markersize": 5.5, "linestyle": "none"}
 _PERFECT: Any = {"marker": "x", "markersize": 5.5, "linestyle": "none", "markeredgewidth": 1.2}
 _PAPER: Any = {"marker": "D", "markersize": 7.0, "linestyle": "none", "markerfacecolor": "white"}
 
-__all__ = ["EnergyRow", "energies", "overview", "tilt_by_plant"]
-
 
 @dataclass(frozen=True)
 class EnergyRow:
-    """The rotor drag energy of one flight, in the paper's count.
-
-    Attributes
-    ----------
-    label : str
-        Of the flight.
-    values : sequence of float
-        With several seeds.
-    perfect : float or None
-        In the perfect plant.
-    paper : float or None
-        What the paper reports.
-    line_style : LineStyle
-        Of the flight.
-    """
+    """The rotor drag energy of one flight, in the paper's count."""
 
     label: str
-    values: Sequence[float]
-    perfect: float | None
-    paper: float | None
+    values: Sequence[float]  # with several seeds
+    perfect: float | None  # in the perfect plant
+    paper: float | None  # what the paper reports
     line_style: LineStyle
 
 

@@ -20,14 +20,13 @@ from omnimorph.report.style import (
     styled,
 )
 from omnimorph.studies.reproduction.figures.line_styles import DASHED, LINE_STYLES, ORDER
-from omnimorph.studies.reproduction.tilt_choice import CASES, WINDOW, Gap, TiltChoice
+from omnimorph.studies.reproduction.flights import CASES
+from omnimorph.studies.reproduction.tilt_choice import WINDOW, Gap, TiltChoice
 from omnimorph.studies.reproduction.wording import FLIGHT_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-__all__ = ["cost_gaps", "energy_by_choice", "tilt_by_choice"]
 
 _POINTS, _SMALLEST = 300, 1e-6  # of a curve; the least gap that is distinguished from none
 _BOUND: dict[str, Any] = {"linewidth": 0.9, "zorder": 1}

@@ -104,6 +104,11 @@ def test_the_rule_that_a_file_does_not_state_is_never_flown(steady: Path, tmp_pa
     paper = with_more(tmp_path / "paper", STILL + of("controller", "{module}:Paper"))
     with pytest.raises(om.InputError, match=said):
         om.fly(paper, allow_code=True)
+    flight = om.SteppedFlight(mine)
+    with pytest.raises(om.InputError, match=said):
+        flight.step(demand=[0.0] * 6)
+    flight.change_controller(SHORT)
+    flight.step(demand=[0.0] * 6)
     assert om.fly(mine, controller=SHORT).outcome is om.Outcome.COMPLETED
 
 

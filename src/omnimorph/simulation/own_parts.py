@@ -17,6 +17,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn, Self
@@ -321,6 +322,8 @@ def in_flight(parts: Mapping[str, object]) -> Iterator[None]:
     """
     mine = {}
     for name, part in parts.items():
+        while isinstance(part, partial):
+            part = part.func
         if not _is_stateless(part):
             mine[id(getattr(part, "__self__", part))] = name  # of a method, its object
     with _lock:

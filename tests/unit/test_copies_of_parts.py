@@ -158,9 +158,9 @@ def test_a_log_of_a_command_by_hand_is_kept_and_refused_before_it_flies() -> Non
 def test_no_two_flights_share_an_object_behind_partial() -> None:
     mine = Counting(SHORT)
 
-    def again(time: float, state: om.State, previous: om.Command) -> om.State:
+    def again(time: float, measured: om.State, previous: om.Command) -> om.State:
         om.fly(SHORT, controller=functools.partial(mine))
-        return state
+        return measured
 
     with pytest.raises(om.InputError, match="flying already"):
         om.fly(SHORT, controller=functools.partial(mine), estimator=again)

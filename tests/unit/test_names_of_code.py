@@ -74,6 +74,21 @@ def test_another_module_of_the_same_name_is_never_taken_for_it(steady: Path) -> 
         om.fly(above / "mine.toml", allow_code=True)
 
 
+def test_what_a_module_imports_beside_it_is_never_that_of_another_folder(tmp_path: Path) -> None:
+    thrusts = {"here": 1.6, "there": 1.5}
+    for name, thrust in thrusts.items():
+        file = with_more(tmp_path / name, STILL + PARTS["controller"])
+        (file.parent / "thrust_of_mine.py").write_text(f"THRUST = {thrust}\n", encoding="utf-8")
+        (module,) = file.parent.glob("own_*.py")
+        text = module.read_text("utf-8").replace("thrust=1.6", "thrust=THRUST")
+        module.write_text(f"from thrust_of_mine import THRUST\n{text}", encoding="utf-8")
+    for _ in range(2):
+        run = om.fly(tmp_path / "here/mine.toml", allow_code=True)
+        assert set(run["thrust"]) == {1.6}
+        with pytest.raises(om.InputError, match="another thrust_of_mine is in use"):
+            om.fly(tmp_path / "there/mine.toml", allow_code=True)
+
+
 def test_an_object_that_a_module_has_made_is_new_in_every_flight(tmp_path: Path) -> None:
     file = with_more(tmp_path / "lasting", STILL + of("controller", "{module}:counter"))
     runs = [om.fly(file, allow_code=True) for _ in range(2)]
@@ -104,6 +119,11 @@ def test_the_rule_that_a_file_does_not_state_is_never_flown(steady: Path, tmp_pa
     paper = with_more(tmp_path / "paper", STILL + of("controller", "{module}:Paper"))
     with pytest.raises(om.InputError, match=said):
         om.fly(paper, allow_code=True)
+    flight = om.SteppedFlight(mine)
+    with pytest.raises(om.InputError, match=said):
+        flight.step(demand=[0.0] * 6)
+    flight.change_controller(SHORT)
+    flight.step(demand=[0.0] * 6)
     assert om.fly(mine, controller=SHORT).outcome is om.Outcome.COMPLETED
 
 

@@ -18,10 +18,19 @@ from omnimorph.results.metrics import METRICS, Metrics
 from omnimorph.results.run import Outcome, Run
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET
 from omnimorph.simulation.loop import SteppedFlight
+from omnimorph.simulation.own_parts import PythonObject
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.variation import VARIABLE, Variation
 
 __all__ = ["fly_each"]
+
+
+_OF_PARTS = {
+    "controller": ("controller.",),
+    "allocator": ("controller.allocator.",),
+    "plant": ("truth.", "plant.physics_step", "plant.control_period"),
+}
+"""What of a scenario is not flown where an object stands in; one that is named is built of it."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +67,10 @@ def fly_each(
         if name in VARIABLE:
             allowed = "a path such as truth.mass, as parts of the loop are written in Python"
             raise ScenarioError.at("fly_many", "vary", name, allowed)
+        for kind, part in scenario.own.given().items():
+            if name.startswith(_OF_PARTS.get(kind, ())) and not isinstance(part, PythonObject):
+                allowed = f"nothing that the {kind} stands in for, which is an object of its own"
+                raise ScenarioError.at("fly_many", "vary", name, allowed)
     numbers = range(first, first + variation.flights)
     began, interrupted = perf_counter(), False
     flown: dict[int, _Flown] = {}

@@ -108,8 +108,7 @@ class SteppedFlight(Storable):
         self._stages = Stages(self.core, parts, scenario, self._own)
         self.columns = MappingProxyType(self.core.columns())
         self.notes: dict[str, Any] = {}
-        control_steps = self.steps // self.control_every + 2
-        self._logs = Logs(control_steps, self.steps + 1, scenario.vehicle)
+        self._logs = Logs(self.steps, self.control_every, scenario.vehicle)
         self._shares: FloatArray | None = None  # of the thrust, since `set_effectiveness`
         self._controller_of: Scenario | None = None  # since `change_controller`
         self._began = perf_counter()
@@ -144,6 +143,10 @@ class SteppedFlight(Storable):
         """The true motion now, with the rotors' speeds, the tilt and the acceleration."""
         return self._stages.true_state()
 
+    @property
+    def _control_step(self) -> int:
+        return -(-self.core.step // self.control_every)
+
     def step(
         self,
         push: ArrayLike = NO_PUSH,
@@ -151,9 +154,7 @@ class SteppedFlight(Storable):
         command: Command | None = None,
         demand: ArrayLike | None = None,
     ) -> None:
-        """Fly one control period.
-
-        Without a command or a demand the flight's own controller decides.
+        """Fly one control period, by the flight's own controller unless it is given what to do.
 
         Parameters
         ----------
@@ -186,6 +187,11 @@ class SteppedFlight(Storable):
         wrench = six_numbers("the flight", "push", push)
         if demand is not None:
             demand = six_numbers("the flight", "demand", demand)
+            if self._controller_of is None and self._own.allocator is None:
+                self.scenario.check_rule()
+        if command is not None:
+            command = self._stages.checked(command)
+            self._logs.log_each(command.log, self._control_step)
         self._step(wrench, command, demand)
 
     def _step(
@@ -200,7 +206,7 @@ class SteppedFlight(Storable):
         try:
             if began < self.steps:
                 for part, log in self._stages.decide(command, demand):
-                    self._logs.log_all(part, log, began // self.control_every)
+                    self._logs.log_all(part, log, self._control_step)
             if not self.is_over:
                 self._stages.move(push)
         except PartFailed as failed:
@@ -222,9 +228,7 @@ class SteppedFlight(Storable):
                 progress(self.time, self.duration)
 
     def log(self, name: str, value: ArrayLike, unit: str = "1") -> None:
-        """Record numbers of one's own from now on, until the next are logged.
-
-        They become a column of the run, of its file and of its plots.
+        """Record numbers of one's own from now on, until the next, as a column of the run.
 
         Parameters
         ----------
@@ -249,12 +253,10 @@ class SteppedFlight(Storable):
         >>> flight.as_run()["battery"].tolist()
         [16.2, 16.2, 16.2, 16.2]
         """
-        self._logs.log(name, value, unit, -(-self.core.step // self.control_every))
+        self._logs.log(name, value, unit, self._control_step)
 
     def change_controller(self, scenario: ScenarioLike) -> None:
-        """Go on with the controller of another scenario, from the last command.
-
-        A controller or an allocator of one's own is asked no more.
+        """Go on with the controller of another scenario, whatever decided the last command.
 
         Raises
         ------

@@ -17,6 +17,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn, Self
@@ -177,6 +178,9 @@ class PythonObject:
         return {"kind": "python", "object": self.object, **options}
 
 
+_folders: set[Path] = set()  # that modules were imported from
+
+
 def _module(name: str, folder: str) -> ModuleType:
     """Import a module, from a folder if it has it."""
     root = Path(folder).resolve()
@@ -184,6 +188,11 @@ def _module(name: str, folder: str) -> ModuleType:
     files = [one.resolve() for one in (here.with_suffix(".py"), here / "__init__.py")]
     if not folder or not any(one.is_file() for one in files):
         return importlib.import_module(name)
+    for beside in root.glob("*.py"):  # it may import any of them
+        source = getattr(sys.modules.get(beside.stem), "__file__", None)
+        if source is not None and Path(source).resolve().parent in _folders - {root}:
+            raise _other_in_use(beside.stem, folder)
+    _folders.add(root)
     sys.path.insert(0, str(root))
     try:
         module = importlib.import_module(name)
@@ -192,11 +201,15 @@ def _module(name: str, folder: str) -> ModuleType:
             sys.path.remove(str(root))
     source = getattr(module, "__file__", None)
     if source is None or Path(source).resolve() not in files:
-        raise ScenarioError(
-            f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
-            "give it another name."
-        )
+        raise _other_in_use(name, folder)
     return module
+
+
+def _other_in_use(name: str, folder: str) -> ScenarioError:
+    return ScenarioError(
+        f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
+        "give it another name."
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -321,6 +334,8 @@ def in_flight(parts: Mapping[str, object]) -> Iterator[None]:
     """
     mine = {}
     for name, part in parts.items():
+        while isinstance(part, partial):
+            part = part.func
         if not _is_stateless(part):
             mine[id(getattr(part, "__self__", part))] = name  # of a method, its object
     with _lock:

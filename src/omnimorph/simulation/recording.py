@@ -109,16 +109,14 @@ class Logs:
 
     Parameters
     ----------
-    control_steps : int
-        How many there may be, the row of the end included.
-    rows : int
-        Of the run of the whole flight.
+    steps, control_every : int
+        Physics steps of the whole flight, and of a control step.
     vehicle : Vehicle
         Of the flight.
     """
 
-    def __init__(self, control_steps: int, rows: int, vehicle: Vehicle) -> None:
-        self._control_steps, self._rows_of_run = control_steps, rows
+    def __init__(self, steps: int, control_every: int, vehicle: Vehicle) -> None:
+        self._control_steps, self._rows_of_run = steps // control_every + 2, steps + 1
         self._bytes_of_run = 0  # that all logs take there
         self._taken = names_taken(Run) | {*sizes_of(vehicle)}
         self._rows: dict[str, FloatArray] = {}
@@ -135,7 +133,7 @@ class Logs:
             column of this name.
         """
         if not isinstance(name, str):
-            raise ScenarioError.at("the flight", "name of a log", name, "a text")
+            raise ScenarioError.at("the flight", "name of a log", name, "letters, digits and _")
         numbers = _as_log(name, value)
         if name not in self._rows:
             column = LoggedColumn(numbers[np.newaxis], unit)
@@ -156,6 +154,13 @@ class Logs:
         rows[control_step] = numbers
         self._logged[name][control_step] = True
 
+    def log_each(self, log: Log, control_step: int) -> None:
+        """Keep numbers by name, alone or with a unit; see `log`."""
+        for name, value in log.items():
+            pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
+            number, unit = value if pair else (value, "1")
+            self.log(name, number, unit, control_step)
+
     def log_all(self, part: str, log: Log, control_step: int) -> None:
         """Keep what a part of one's own wants recorded, numbers alone or with a unit.
 
@@ -165,10 +170,7 @@ class Logs:
             If it cannot be kept, see `log`.
         """
         try:
-            for name, value in log.items():
-                pair = isinstance(value, tuple) and len(value) == 2 and isinstance(value[1], str)
-                number, unit = value if pair else (value, "1")
-                self.log(name, number, unit, control_step)
+            self.log_each(log, control_step)
         except FAILURES as error:
             raise PartFailed(part, error) from error
 

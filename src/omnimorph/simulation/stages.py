@@ -105,19 +105,15 @@ class Stages:
         ------
         PartFailed
             If a part of one's own raises, or its answer cannot be used.
-        ScenarioError
-            If the command that is given cannot be used.
         """
         core, own = self._core, self._own
         if self._decides_in_core and command is None and demand is None:
             self._pass_on(core.control(core.measure(), core.desired()))
             return []
         logs: list[tuple[str, Log]] = []
-        if command is not None:
-            command, asked = self._checked(command)  # before a part remembers that it was asked
         row, known = self._estimate(logs)
         if command is not None:
-            self._send(command, asked)
+            self._send(command, _wrench_of(command, _NOT_ASKED))
         elif demand is None and "controller" in own:
             desired = desired_from_row(core.desired())
             self._take(
@@ -135,8 +131,14 @@ class Stages:
             self._pass_on(core.control(row, core.desired()))
         return logs
 
-    def _checked(self, command: Command) -> tuple[Command, FloatArray]:
-        """Return a command that was given, and its wrench; refuse one that cannot be sent."""
+    def checked(self, command: Command) -> Command:
+        """Return a command that is given, as arrays; `decide` takes no other.
+
+        Raises
+        ------
+        ScenarioError
+            If it cannot be sent.
+        """
         if not isinstance(command, tuple) or len(command) != 2:
             raise ScenarioError.at("the flight", "command", command, "an omnimorph.Command")
         thrust, tilt = (np.atleast_1d(as_numbers(part)) for part in command)
@@ -149,7 +151,8 @@ class Stages:
                     f"the command cannot be used, because {name} has {part.size} numbers, "
                     f"not {count}."
                 )
-        return Command(thrust, tilt), _wrench_of(command, _NOT_ASKED)
+        asked = _wrench_of(command, _NOT_ASKED)
+        return Command(thrust, tilt, asked, getattr(command, "log", None))
 
     def _estimate(self, logs: list[tuple[str, Log]]) -> tuple[FloatArray, State]:
         """Return the estimated motion, as 18 numbers and as a state."""

@@ -142,6 +142,49 @@ def test_a_module_is_looked_for_beside_the_file_that_names_it(tmp_path: Path) ->
     assert differing(om.fly(above, allow_code=True), om.fly(file, allow_code=True)) == []
 
 
+def test_a_file_may_be_named_from_its_own_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, _ = written(tmp_path, STILL + PARTS["controller"])
+    monkeypatch.chdir(tmp_path)
+    scenario = om.load_scenario("mine.toml", allow_code=True)
+    here = om.fly(scenario)
+    monkeypatch.chdir("/")
+    assert differing(om.fly(scenario), here) == []
+    assert differing(om.fly(file, allow_code=True), here) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "parts"),
+    [
+        ("controller", {"allocator": "fixed-tilt"}),
+        ("controller", {"controller": om.TrackingGains()}),
+        ("controller.allocator", {"allocator": "joint-tilt"}),
+    ],
+)
+def test_nothing_allocates_by_the_weights_that_a_file_does_not_give(
+    key: str, parts: dict[str, Any], tmp_path: Path
+) -> None:
+    file, _ = written(tmp_path, PARTS[key])
+    scenario = om.load_scenario(file, allow_code=True)
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        om.with_parts(scenario, **parts)
+    own = om.with_parts(scenario, controller="paper-case-b").own
+    assert own.controller is own.allocator is None
+
+
+def test_a_demand_needs_an_allocator(tmp_path: Path) -> None:
+    file, _ = written(tmp_path, PARTS["controller"])
+    up = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        flight.step(demand=up)
+    file, _ = written(tmp_path, PARTS["controller.allocator"])
+    flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
+    flight.step(demand=up)
+    assert set(flight.as_run().thrust_command[0]) == {1.5}
+
+
 def test_what_is_proposed_flies_with_an_allocator_of_ones_own(tmp_path: Path) -> None:
     file, _ = written(
         tmp_path, STILL + "\n[controller]\nproposed = true\n" + PARTS["controller.allocator"]
@@ -188,7 +231,10 @@ def test_an_object_that_is_not_there_is_refused_in_a_sentence(
         ('\n[estimator]\nkind = "python"\n', "estimator.object"),
         ('\n[estimator]\nkind = "python"\nobject = 3\n', "estimator.object"),
         ("\nestimator = 3\n", "estimator"),
-        ('\n[controller]\nkind = "mine"\n', "controller.kind"),
+        (
+            '\n[controller]\nkind = "mine"\n',
+            'controller.kind is "mine", but it must be paper or python.',
+        ),
     ],
 )
 def test_a_table_that_is_wrong_names_its_key(text: str, said: str, tmp_path: Path) -> None:
@@ -196,7 +242,7 @@ def test_a_table_that_is_wrong_names_its_key(text: str, said: str, tmp_path: Pat
     file.write_text(SCENARIO + text, encoding="utf-8")
     with pytest.raises(om.InputError) as caught:
         om.load_scenario(file, allow_code=True)
-    assert f"{said} " in str(caught.value)
+    assert f"{said} " in f"{caught.value} "
 
 
 def test_the_paper_is_the_default_kind_of_controller(tmp_path: Path) -> None:

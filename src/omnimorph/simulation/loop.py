@@ -185,6 +185,8 @@ class SteppedFlight(Storable):
         wrench = six_numbers("the flight", "push", push)
         if demand is not None:
             demand = six_numbers("the flight", "demand", demand)
+            if self.scenario.own.allocator is None:
+                self.scenario.check_rule()
         self._step(wrench, command, demand)
 
     def _step(

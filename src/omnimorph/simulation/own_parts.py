@@ -32,16 +32,21 @@ from omnimorph.reference.samples import SampledReference
 
 __all__ = [
     "FAILURES",
+    "NOT_BOTH",
     "OwnParts",
     "PartFailed",
     "PythonObject",
     "check_plant",
     "described",
     "in_flight",
+    "name_of",
 ]
 
 _AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
 _AFTER_RESET = ("motion", "speed", "tilt", "wrench")
+
+
+NOT_BOTH = "fly takes a controller or an allocator, not both: a controller allocates."
 
 
 class PartFailed(Exception):
@@ -65,8 +70,8 @@ class PartFailed(Exception):
         said = f"{type(self.error).__name__}: {self.error}"
         said = " ".join(said.split()).rstrip(".: ")
         trace = self.error.__traceback__
-        if trace is None or isinstance(self.error, ScenarioError):
-            return said
+        if trace is None or trace.tb_next is None or isinstance(self.error, ScenarioError):
+            return said  # also where the call itself fails, as with other arguments
         while trace.tb_next is not None:
             trace = trace.tb_next
         return f"{said} ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
@@ -173,13 +178,14 @@ class PythonObject:
 def _module(name: str, folder: str) -> ModuleType:
     """Import a module, from a folder if it has it."""
     relative = Path(*name.split("."))
+    folder = folder and str(Path(folder).resolve())
     here = Path(folder) / relative if folder else None
     own = here is not None and (here.with_suffix(".py").is_file() or here.is_dir())
     if not own:
         return importlib.import_module(name)
     known = sys.modules.get(name)
     source = getattr(known, "__file__", None)
-    if known is not None and (source is None or not Path(source).is_relative_to(folder)):
+    if known is not None and (source is None or not Path(source).resolve().is_relative_to(folder)):
         raise ScenarioError(
             f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
             "give it another name."
@@ -230,9 +236,7 @@ class OwnParts:
                 allowed = f"a record, name or file for the {name}, or an object that can be called"
                 raise ScenarioError.at("fly", name, part, allowed)
         if self.controller is not None and self.allocator is not None:
-            raise ScenarioError(
-                "fly takes a controller or an allocator, not both: a controller allocates."
-            )
+            raise ScenarioError(NOT_BOTH)
 
     def given(self) -> dict[str, Any]:
         """Return the parts that are there, by name."""
@@ -264,6 +268,12 @@ def described(part: object) -> dict[str, Any]:
     if as_file is not None:
         return as_file()
     return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}
+
+
+def name_of(part: object) -> str:
+    """Return what a part of one's own is called: its class, or as a file names it."""
+    written = described(part)
+    return str(written.get("name") or written.get("object") or written.get("kind", ""))
 
 
 _lock = threading.Lock()

@@ -42,10 +42,10 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.effects import Effect
-from omnimorph.simulation.own_parts import PythonObject
+from omnimorph.simulation.own_parts import NOT_BOTH, PythonObject
 from omnimorph.simulation.plant import PlantModel, as_plant
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario, list_scenarios
 
 __all__ = [
     "AllocatorLike",
@@ -131,6 +131,8 @@ def with_parts(
         is_own = _is_own(part, AllocationRule, Scenario)
         if controller is None:
             own = replace(own, controller=None)
+        elif own.controller is not None:
+            raise ScenarioError(NOT_BOTH)
         own = replace(own, allocator=part if is_own else None)
         if not is_own:
             scenario = replace(
@@ -152,7 +154,7 @@ def _resolved(name: str, part: Any, allow_code: bool) -> Any:
     """Return what was given for a part; a text that names an object of one's own becomes one."""
     if isinstance(part, str) and ":" in part and not os.path.exists(part):
         part = PythonObject(part, folder=os.getcwd())
-    return part.checked("the call", name, allow_code) if isinstance(part, PythonObject) else part
+    return part.checked("fly", name, allow_code) if isinstance(part, PythonObject) else part
 
 
 def _is_own(part: object, *records: type) -> bool:
@@ -194,9 +196,14 @@ def _rule(scenario: Scenario, part: Any) -> AllocationRule:
     """Return a rule: as it is, by its kind with the scenario's weights, or another scenario's."""
     if isinstance(part, AllocationRule):
         return part
-    rule = {rule.kind: rule for rule in RULES}.get(part) if isinstance(part, str) else None
+    rules = {rule.kind: rule for rule in RULES}
+    rule = rules.get(part) if isinstance(part, str) else None
     if rule is None:
+        if isinstance(part, str) and part not in list_scenarios() and not os.path.exists(part):
+            allowed = f"{', '.join(rules)}, or the name or file of a scenario"
+            raise ScenarioError.at("fly", "allocator", part, allowed)
         return as_scenario(part).allocator
+    scenario.check_rule()
     old = scenario.allocator
     names = {one.name for one in fields(rule)} & {one.name for one in fields(old)}
     missing = [one.name for one in fields(rule) if one.default is MISSING and one.name not in names]

@@ -14,7 +14,7 @@ from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.simulation.core_settings import CoreSettings
-from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, described
+from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, name_of
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["NO_PUSH", "Stages", "at_steps_of", "six_numbers"]
@@ -110,6 +110,7 @@ class Stages:
         row, known = self._estimate(logs)
         if command is not None:
             self._send(command, _wrench_of(command, _NOT_ASKED))
+            logs.append(("command", getattr(command, "log", {})))
         elif demand is None and "controller" in own:
             desired = desired_from_row(core.desired())
             self._take(
@@ -163,12 +164,12 @@ class Stages:
     def _take(self, kind: str, answer: Any, asked: FloatArray, logs: list[tuple[str, Log]]) -> None:
         """Send what a part of one's own decided."""
         try:
-            self._send(answer, _wrench_of(answer, asked))
+            self._send(answer, _wrench_of(answer, asked), f"{kind}'s ")
         except ScenarioError as refused:
             raise PartFailed(self._names[kind], refused) from None
         logs.append((self._names[kind], getattr(answer, "log", {})))
 
-    def _send(self, command: Any, asked: FloatArray) -> None:
+    def _send(self, command: Any, asked: FloatArray, whose: str = "") -> None:
         """Send a command to the plant; one that is not finite ends the flight.
 
         Raises
@@ -186,7 +187,7 @@ class Stages:
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
             raise ScenarioError(
-                f"the controller's command cannot be used, because {problem}; it must be {allowed}."
+                f"the {whose}command cannot be used, because {problem}; it must be {allowed}."
             ) from None
         self._pass_on(Command(thrust, tilt))
 
@@ -284,8 +285,7 @@ class Stages:
 
 def named(kind: str, part: object) -> str:
     """Return what a message calls a part of one's own: ``controller MyController``."""
-    written = described(part)
-    return f"{kind} {written.get('name', written.get('kind', ''))}".strip()
+    return f"{kind} {name_of(part)}".strip()
 
 
 def steps_of(engine: Plant) -> tuple[float, float]:

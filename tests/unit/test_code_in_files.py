@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.own_objects import differing
+from tests.unit.own_objects import SHORT, differing, wall
 
 import omnimorph as om
 
@@ -249,3 +249,51 @@ def test_the_paper_is_the_default_kind_of_controller(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(SCENARIO + '[controller]\nkind = "paper"\n', encoding="utf-8")
     assert om.load_scenario(file).gains == om.load_scenario("paper-case-a").gains
+
+
+BUILT = {
+    "controller": (lambda *given: om.Command(np.full(8, 1.6), np.zeros(1)), "controller.position"),
+    "allocator": (
+        lambda *given: om.Command(np.full(8, 1.6), np.zeros(1)),
+        "controller.allocator.W1",
+    ),
+    "sensors": (lambda time, state: state, "plant.measurement-noise.position"),
+    "plant": (wall(SHORT), "truth.mass"),
+}
+
+
+@pytest.mark.parametrize("part", BUILT)
+def test_flights_do_not_differ_in_what_an_object_stands_in_for(part: str) -> None:
+    own: Any
+    own, path = BUILT[part]
+    parts: Any = {part: own}
+    vary = {path: [1.4, 1.5]}
+    with pytest.raises(om.InputError, match=f"{path} would change nothing, because the {part} is"):
+        om.fly_many(SHORT, 2, vary=vary, **parts)
+    assert len(om.fly_many(SHORT, 2, vary={"vehicle.mass": [1.3, 1.4]}, **parts)) == 2
+
+
+def test_a_class_that_is_named_is_built_for_each_flight_with_its_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = """
+class Engine(om.SimulatedPlant):
+    def __init__(self, scenario):
+        super().__init__(scenario.vehicle, scenario.plant)
+"""
+    _, module = written(tmp_path, "")
+    with open(tmp_path / f"{module}.py", "a", encoding="utf-8") as file:
+        file.write(engine)
+    masses = [1.3, 1.4]
+    monkeypatch.chdir(tmp_path)
+    named: Any = {"plant": f"{module}:Engine", "allow_code": True}
+    flights = om.fly_many(SHORT, 2, vary={"truth.mass": masses}, keep="all", **named)
+    for k, mass in enumerate(masses):
+        alone = om.fly(om.replaced(SHORT, {"truth.mass": mass}), flight=k)
+        assert differing(flights.runs[k], alone) == []
+
+
+def test_the_forces_of_a_plant_are_not_lost_in_a_plant_of_ones_own() -> None:
+    wind = om.effects.ConstantWrench(force=(1.0, 0.0, 0.0))
+    with pytest.raises(om.InputError, match=r"disturbance is .* an object that can be called"):
+        om.fly(SHORT, plant=wall(SHORT), disturbance=wind)

@@ -142,6 +142,9 @@ def with_parts(
         part = _resolved("disturbance", disturbance, allow_code)
         if _is_own(part, Effect, PlantModel, Sequence):
             own = replace(own, disturbance=part)
+        elif own.plant is not None:
+            allowed = "an object that can be called, as a plant of one's own has forces of its own"
+            raise ScenarioError.at("fly", "disturbance", part, allowed)
         else:
             scenario = _with_effects(scenario, "disturbance", part, in_place_of=None)
     if reference is not None:

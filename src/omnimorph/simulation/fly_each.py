@@ -102,7 +102,7 @@ def _check_it_acts(scenario: Scenario, path: str) -> None:
         if stage in stages and not isinstance(part, PythonObject):
             raise ScenarioError(
                 f"fly_many: vary {path} would change nothing, because the {stage} is an object "
-                f"of one's own; name its class, {stage}=\"my_module:MyClass\", which is built for "
+                f'of one\'s own; name its class, {stage}="my_module:MyClass", which is built for '
                 "each flight with its scenario.",
                 file="fly_many",
                 key="vary",

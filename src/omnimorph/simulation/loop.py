@@ -167,9 +167,9 @@ class SteppedFlight(Storable):
         Raises
         ------
         ScenarioError
-            If the push or the demand is not six finite numbers, or the command does not fit; if a
-            part of one's own gives what cannot be flown in the very first step. Later that ends the
-            flight, and what has been flown is kept.
+            If the push or the demand is not six finite numbers, the command does not fit, or there
+            is no allocator for the demand; if a part of one's own gives what cannot be flown in the
+            very first step. Later that ends the flight, and what has been flown is kept.
 
         Examples
         --------

@@ -92,18 +92,18 @@ def with_parts(
     allow_code : bool
         Whether code may run that a file or a text names.
 
+    Raises
+    ------
+    ScenarioError
+        If a part is none of what it may be, or does not fit; if a file or a text names code and
+        `allow_code` is not True.
+
     Examples
     --------
     >>> import omnimorph as om
     >>> changed = om.with_parts("hover", plant="perfect", allocator="fixed-tilt")
     >>> changed.plant.name, changed.allocator.kind
     ('perfect', 'fixed-tilt')
-
-    Raises
-    ------
-    ScenarioError
-        If a part is none of what it may be, or does not fit; if a file or a text names code and
-        `allow_code` is not True.
     """
     scenario = as_scenario(scenario, allow_code=allow_code)
     own = scenario.own

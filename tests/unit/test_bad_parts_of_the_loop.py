@@ -187,6 +187,13 @@ def test_an_allocator_that_is_none_names_the_rules() -> None:
         om.fly("hover", allocator="nope")
 
 
+@pytest.mark.parametrize("part", ["plant", "sensors", "estimator", "controller", "disturbance"])
+def test_a_class_is_no_part_but_an_object_of_it_is(part: str) -> None:
+    parts: Any = {part: om.SimulatedPlant}
+    with pytest.raises(om.InputError, match=rf"fly: {part} is .* an object of that class"):
+        om.fly(short_scenario(), **parts)
+
+
 def test_a_call_that_does_not_fit_names_no_line_of_ours() -> None:
     allocator: Any = lambda acceleration: None  # noqa: E731
     with pytest.raises(om.InputError, match=r"TypeError: .*3 were given\.$"):

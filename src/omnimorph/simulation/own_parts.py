@@ -230,6 +230,9 @@ class OwnParts:
         for name, part in self.given().items():
             if isinstance(part, PythonObject):
                 continue
+            if inspect.isclass(part):
+                allowed = f"an object of that class, such as {part.__name__}(...)"
+                raise ScenarioError.at("fly", name, part, allowed)
             if name == "plant":
                 check_plant(part, _AT_FIRST)
             elif not callable(part):

@@ -74,3 +74,17 @@ def test_plots_go_on_with_the_flight_and_are_never_built_anew() -> None:
         assert [handle.scales for handle in handles] == scales
     finally:
         stop(server)
+
+
+def test_what_a_plant_in_python_does_not_do_is_said_on_the_page() -> None:
+    scenario = om.with_parts(HOVER, plant=om.SimulatedPlant(HOVER.vehicle, HOVER.plant))
+    server = new_server()
+    try:
+        page = LivePage(server, scenario)
+        page._if_it_can(page.pilot.cut, 0)
+        notice = page._notice.content
+        page.pilot.advance(0.1)
+    finally:
+        stop(server)
+    assert "left to the plant" in notice
+    assert page.flight.time > 0.09

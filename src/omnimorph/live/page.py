@@ -6,6 +6,7 @@ import html
 import math
 import textwrap
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -160,8 +161,8 @@ class LivePage:
                 float(strength.value) * np.array(_DIRECTIONS[event.target.value])
             )
         )
-        cut.on_click(lambda _: self.pilot.cut(rotors.index(rotor.value)))
-        restore.on_click(lambda _: self.pilot.restore())
+        cut.on_click(lambda _: self._if_it_can(self.pilot.cut, rotors.index(rotor.value)))
+        restore.on_click(lambda _: self._if_it_can(self.pilot.restore))
         controller.on_update(lambda _: self._take_controller(controller.value))
         self._notice = gui.add_html("")
         self._numbers = gui.add_html("")
@@ -180,9 +181,13 @@ class LivePage:
         return (mine.name, *others)
 
     def _take_controller(self, name: str) -> None:
-        mine = self.scenario
+        other = self.scenario if name == self.scenario.name else load_scenario(name)
+        self._if_it_can(self.pilot.take_controller_of, other)
+
+    def _if_it_can(self, action: Callable[..., None], *arguments: Any) -> None:
+        """Do something to the flight; say why if it cannot be done."""
         try:
-            self.pilot.take_controller_of(mine if name == mine.name else load_scenario(name))
+            action(*arguments)
         except InputError as mistake:
             self._notice.content = f'<div id="notices">{html.escape(str(mistake))}</div>'
 

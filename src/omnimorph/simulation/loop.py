@@ -13,6 +13,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -185,8 +186,8 @@ class SteppedFlight(Storable):
         wrench = six_numbers("the flight", "push", push)
         if demand is not None:
             demand = six_numbers("the flight", "demand", demand)
-            if self.scenario.own.allocator is None:
-                self.scenario.check_rule()
+            if self._own.allocator is None:
+                (self._controller_of or self.scenario).check_rule()
         self._step(wrench, command, demand)
 
     def _step(
@@ -277,6 +278,7 @@ class SteppedFlight(Storable):
         )
         self.core.change_controller(settings)
         self._stages.change_controller(settings)
+        self._own = replace(self._own, controller=None, allocator=None)
         self._controller_of = other
         self.note("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
 

@@ -49,9 +49,12 @@ class Stages:
         self._own: dict[str, Any] = own.given()
         self._engine: Any = self._own.get("plant")
         self._names = {kind: named(kind, part) for kind, part in self._own.items()}
-        self._decides_in_core = not self._own.keys() - {"plant", "disturbance"}
+        self._decides_in_core = self._all_decides_in_core()
         self._moves_in_core = not self._own.keys() & {"plant", "disturbance"}
         self._steps_of_engine = steps_of(self._engine) if self._engine is not None else None
+
+    def _all_decides_in_core(self) -> bool:
+        return not self._own.keys() - {"plant", "disturbance"}
 
     @property
     def are_of_core(self) -> bool:
@@ -76,8 +79,11 @@ class Stages:
             failed.refuse()
 
     def change_controller(self, controller: _core.ControllerSettings) -> None:
-        """Go on with another controller of the core."""
+        """Go on with another controller of the core, in place of one's own too."""
         self._controller = controller
+        for kind in ("controller", "allocator"):
+            self._own.pop(kind, None)
+        self._decides_in_core = self._all_decides_in_core()
 
     def true_state(self) -> State:
         """Return the motion, speeds, tilt and acceleration as they are."""

@@ -16,9 +16,12 @@ PAGE = (DOCS / "own-parts.md").read_text(encoding="utf-8")
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 [SCENARIO] = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)
 MODULE = """
+import omnimorph as om
+
+
 class MyController:
     def __init__(self, scenario, stiffness):
-        self.stiffness, self.paper = stiffness, scenario.build_controller()
+        self.stiffness, self.paper = stiffness, om.load_scenario("paper-case-a").build_controller()
 
     def __call__(self, time, state, desired):
         return self.paper(time, state, desired)

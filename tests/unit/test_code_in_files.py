@@ -179,6 +179,8 @@ def test_a_demand_needs_an_allocator(tmp_path: Path) -> None:
     flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
     with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
         flight.step(demand=up)
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        flight.scenario.build_controller()
     file, _ = written(tmp_path, PARTS["controller.allocator"])
     flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
     flight.step(demand=up)

@@ -230,7 +230,14 @@ class Scenario:
         )
 
     def build_controller(self) -> PoseController:
-        """Return the scenario's controller, to be stepped from Python."""
+        """Return the scenario's controller, to be stepped from Python.
+
+        Raises
+        ------
+        ScenarioError
+            If its file names a controller or an allocator in Python instead of a rule.
+        """
+        self.check_rule()
         from omnimorph.control.controller import PoseController
 
         period = self.plant.control_period

@@ -185,7 +185,8 @@ def _module(name: str, folder: str) -> ModuleType:
         return importlib.import_module(name)
     known = sys.modules.get(name)
     source = getattr(known, "__file__", None)
-    if known is not None and (source is None or not Path(source).resolve().is_relative_to(folder)):
+    known_in = Path(source).parent.resolve() if source else None
+    if known is not None and (known_in is None or not known_in.is_relative_to(folder)):
         raise ScenarioError(
             f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
             "give it another name."

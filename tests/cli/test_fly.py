@@ -105,6 +105,27 @@ def test_a_flight_for_programs(program: Program, tmp_path: Path) -> None:
     assert reported["content_hash"] != om.fly(scenario, seed=8).content_hash
 
 
+def test_parts_in_python_are_allowed_and_named(program: Program, tmp_path: Path) -> None:
+    Path(tmp_path, "my_parts.py").write_text(
+        "def calm(time, state):\n    return [0.0] * 6\n", encoding="utf-8"
+    )
+    Path(tmp_path, "mine.toml").write_text(
+        'schema = 1\nname = "mine"\nbase = "hover"\n'
+        '[disturbance]\nkind = "python"\nobject = "my_parts:calm"\n',
+        encoding="utf-8",
+    )
+    for command in ("fly", "scenarios"):
+        refused = program(command, "mine.toml")
+        assert refused.returncode == 2
+        assert "--allow-code" in refused.stderr
+    done = program("fly", "mine.toml", "--allow-code", "--out", "out")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "\nin Python: disturbance my_parts:calm\n" in done.stdout
+    shown = program("scenarios", "mine.toml", "--allow-code").stdout
+    assert re.search(r"^disturbance.object +my_parts:calm$", shown, re.MULTILINE)
+    assert re.search(r"^controller.kind +paper$", shown, re.MULTILINE)
+
+
 def test_the_folder_is_named_for_what_was_flown(program: Program, tmp_path: Path) -> None:
     """A user's scenario, whose name must not lead out of the folder, in a user's plant."""
     Path(tmp_path, "my.toml").write_text(

@@ -178,6 +178,26 @@ def test_a_controller_and_an_allocator_are_refused_together() -> None:
             controller=controller,
             allocator=lambda acceleration, state, previous: previous,
         )
+    with pytest.raises(om.InputError, match="not both"):
+        om.fly(scenario, controller=controller, allocator="fixed-tilt")
+
+
+def test_an_allocator_that_is_none_names_the_rules() -> None:
+    with pytest.raises(om.InputError, match=r"allocator is .nope.*three-candidates.*fixed-tilt"):
+        om.fly("hover", allocator="nope")
+
+
+@pytest.mark.parametrize("part", ["plant", "sensors", "estimator", "controller", "disturbance"])
+def test_a_class_is_no_part_but_an_object_of_it_is(part: str) -> None:
+    parts: Any = {part: om.SimulatedPlant}
+    with pytest.raises(om.InputError, match=rf"fly: {part} is .* an object of that class"):
+        om.fly(short_scenario(), **parts)
+
+
+def test_a_call_that_does_not_fit_names_no_line_of_ours() -> None:
+    allocator: Any = lambda acceleration: None  # noqa: E731
+    with pytest.raises(om.InputError, match=r"TypeError: .*3 were given\.$"):
+        om.fly(short_scenario(), allocator=allocator)
 
 
 def test_an_error_inside_a_controller_reaches_the_caller() -> None:

@@ -108,6 +108,21 @@ def test_a_flight_of_an_engine_is_copied_and_not_restored() -> None:
         flight.set_effectiveness(SHARES)
 
 
+def test_another_controller_takes_over_from_ones_own() -> None:
+    flights = begun(own(controller=Counting(SHORT), estimator=Lagging(SHORT))), begun(SHORT)
+    for flight in flights:
+        flight.change_controller("paper-case-b")
+        branch = pickle.loads(pickle.dumps(flight))
+        flight.fly()
+        branch.fly()
+        assert differing(branch.as_run(), flight.as_run()) == []
+    own_run, run = (flight.as_run() for flight in flights)
+    began = begun(SHORT).row
+    assert np.isnan(own_run.kkt_residual[:began]).all()
+    assert np.isfinite(own_run.kkt_residual[began + 4 :]).all()
+    assert np.isfinite(run.kkt_residual).all()
+
+
 def test_a_controller_in_python_cannot_be_taken_on_the_way() -> None:
     with pytest.raises(om.InputError, match="written in Python"):
         begun(SHORT).change_controller(own(controller=Counting(SHORT)))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.own_objects import differing
+from tests.unit.own_objects import SHORT, differing, wall
 
 import omnimorph as om
 
@@ -142,6 +142,51 @@ def test_a_module_is_looked_for_beside_the_file_that_names_it(tmp_path: Path) ->
     assert differing(om.fly(above, allow_code=True), om.fly(file, allow_code=True)) == []
 
 
+def test_a_file_may_be_named_from_its_own_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file, _ = written(tmp_path, STILL + PARTS["controller"])
+    monkeypatch.chdir(tmp_path)
+    scenario = om.load_scenario("mine.toml", allow_code=True)
+    here = om.fly(scenario)
+    monkeypatch.chdir("/")
+    assert differing(om.fly(scenario), here) == []
+    assert differing(om.fly(file, allow_code=True), here) == []
+
+
+@pytest.mark.parametrize(
+    ("key", "parts"),
+    [
+        ("controller", {"allocator": "fixed-tilt"}),
+        ("controller", {"controller": om.TrackingGains()}),
+        ("controller.allocator", {"allocator": "joint-tilt"}),
+    ],
+)
+def test_nothing_allocates_by_the_weights_that_a_file_does_not_give(
+    key: str, parts: dict[str, Any], tmp_path: Path
+) -> None:
+    file, _ = written(tmp_path, PARTS[key])
+    scenario = om.load_scenario(file, allow_code=True)
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        om.with_parts(scenario, **parts)
+    own = om.with_parts(scenario, controller="paper-case-b").own
+    assert own.controller is own.allocator is None
+
+
+def test_a_demand_needs_an_allocator(tmp_path: Path) -> None:
+    file, _ = written(tmp_path, PARTS["controller"])
+    up = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        flight.step(demand=up)
+    with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
+        flight.scenario.build_controller()
+    file, _ = written(tmp_path, PARTS["controller.allocator"])
+    flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
+    flight.step(demand=up)
+    assert set(flight.as_run().thrust_command[0]) == {1.5}
+
+
 def test_what_is_proposed_flies_with_an_allocator_of_ones_own(tmp_path: Path) -> None:
     file, _ = written(
         tmp_path, STILL + "\n[controller]\nproposed = true\n" + PARTS["controller.allocator"]
@@ -188,7 +233,10 @@ def test_an_object_that_is_not_there_is_refused_in_a_sentence(
         ('\n[estimator]\nkind = "python"\n', "estimator.object"),
         ('\n[estimator]\nkind = "python"\nobject = 3\n', "estimator.object"),
         ("\nestimator = 3\n", "estimator"),
-        ('\n[controller]\nkind = "mine"\n', "controller.kind"),
+        (
+            '\n[controller]\nkind = "mine"\n',
+            'controller.kind is "mine", but it must be paper or python.',
+        ),
     ],
 )
 def test_a_table_that_is_wrong_names_its_key(text: str, said: str, tmp_path: Path) -> None:
@@ -196,10 +244,58 @@ def test_a_table_that_is_wrong_names_its_key(text: str, said: str, tmp_path: Pat
     file.write_text(SCENARIO + text, encoding="utf-8")
     with pytest.raises(om.InputError) as caught:
         om.load_scenario(file, allow_code=True)
-    assert f"{said} " in str(caught.value)
+    assert f"{said} " in f"{caught.value} "
 
 
 def test_the_paper_is_the_default_kind_of_controller(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text(SCENARIO + '[controller]\nkind = "paper"\n', encoding="utf-8")
     assert om.load_scenario(file).gains == om.load_scenario("paper-case-a").gains
+
+
+BUILT = {
+    "controller": (lambda *given: om.Command(np.full(8, 1.6), np.zeros(1)), "controller.position"),
+    "allocator": (
+        lambda *given: om.Command(np.full(8, 1.6), np.zeros(1)),
+        "controller.allocator.W1",
+    ),
+    "sensors": (lambda time, state: state, "plant.measurement-noise.position"),
+    "plant": (wall(SHORT), "truth.mass"),
+}
+
+
+@pytest.mark.parametrize("part", BUILT)
+def test_flights_do_not_differ_in_what_an_object_stands_in_for(part: str) -> None:
+    own: Any
+    own, path = BUILT[part]
+    parts: Any = {part: own}
+    vary = {path: [1.4, 1.5]}
+    with pytest.raises(om.InputError, match=f"{path} would change nothing, because the {part} is"):
+        om.fly_many(SHORT, 2, vary=vary, **parts)
+    assert len(om.fly_many(SHORT, 2, vary={"vehicle.mass": [1.3, 1.4]}, **parts)) == 2
+
+
+def test_a_class_that_is_named_is_built_for_each_flight_with_its_scenario(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    engine = """
+class Engine(om.SimulatedPlant):
+    def __init__(self, scenario):
+        super().__init__(scenario.vehicle, scenario.plant)
+"""
+    _, module = written(tmp_path, "")
+    with open(tmp_path / f"{module}.py", "a", encoding="utf-8") as file:
+        file.write(engine)
+    masses = [1.3, 1.4]
+    monkeypatch.chdir(tmp_path)
+    named: Any = {"plant": f"{module}:Engine", "allow_code": True}
+    flights = om.fly_many(SHORT, 2, vary={"truth.mass": masses}, keep="all", **named)
+    for k, mass in enumerate(masses):
+        alone = om.fly(om.replaced(SHORT, {"truth.mass": mass}), flight=k)
+        assert differing(flights.runs[k], alone) == []
+
+
+def test_the_forces_of_a_plant_are_not_lost_in_a_plant_of_ones_own() -> None:
+    wind = om.effects.ConstantWrench(force=(1.0, 0.0, 0.0))
+    with pytest.raises(om.InputError, match=r"disturbance is .* an object that can be called"):
+        om.fly(SHORT, plant=wall(SHORT), disturbance=wind)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,11 @@ def test_a_plant_behind_a_wall_flies_the_same_to_the_last_bit(
     behind = om.fly(scenario, plant=engine, **parts)
     assert behind.outcome is alone.outcome is om.Outcome.COMPLETED
     assert differing(behind, alone) == []
+
+
+def test_a_run_names_the_plant_that_flew(tmp_path: Path) -> None:
+    om.fly(SHORT, plant=wall()).save(tmp_path / "run.nc")
+    assert om.load_run(tmp_path / "run.nc").provenance.plant_name == "Wall"
 
 
 def test_a_flight_in_an_engine_can_be_pushed_step_by_step() -> None:

@@ -87,5 +87,13 @@ def test_a_log_that_changes_its_shape_ends_the_flight_which_is_kept() -> None:
     assert run["growing"].shape == (101, 2)
 
 
+def test_what_a_command_by_hand_holds_beside_is_logged() -> None:
+    flight = om.SteppedFlight(SHORT)
+    command = om.Command(np.full(8, 1.6), np.zeros(1), log={"throttle": (0.5, "%")})
+    flight.step(command=command)
+    throttle = flight.as_run().logged["throttle"]
+    assert (throttle.values.tolist(), throttle.unit) == ([0.5] * 4, "%")
+
+
 def test_a_run_without_logs_has_none() -> None:
     assert om.fly(SHORT).logged == {}

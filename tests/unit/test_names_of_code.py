@@ -109,7 +109,7 @@ def test_what_options_hold_does_not_break_the_run(steady: Path) -> None:
 
 def test_the_rule_that_a_file_does_not_state_is_never_flown(steady: Path, tmp_path: Path) -> None:
     mine = om.load_scenario(steady, allow_code=True)
-    said = "controller.allocator is missing"
+    said = "there is no allocation rule"
     for parts in ({"allocator": "joint-tilt"}, {"controller": om.TrackingGains()}):
         given: Any = parts
         with pytest.raises(om.InputError, match=said):

@@ -80,7 +80,7 @@ def platform(vehicle: VehicleLike) -> Platform:
     >>> import omnimorph as om
     >>> found = platform(om.load_vehicle("omnimorph"))
     >>> round(found.radius_over_weight, 3), found.thrust_kind.value, round(found.hover_power, 1)
-    (1.31, 'omnidirectional', 111.4)
+    (1.312, 'omnidirectional', 111.4)
     """
     vehicle = as_vehicle(vehicle)
     tilts = _common_tilts(vehicle)
@@ -124,7 +124,7 @@ def lateral_reach(vehicle: VehicleLike, tilt: float | FloatArray) -> float:
     >>> import omnimorph as om
     >>> vehicle = om.load_vehicle("omnimorph")
     >>> lateral_reach(vehicle, 0.0), round(lateral_reach(vehicle, math.radians(20.0)), 2)
-    (0.0, 4.92)
+    (0.0, 6.66)
     """
     vehicle = as_vehicle(vehicle)
     forces, weight = force_set(vehicle, tilt, zero_moment=True), vehicle.mass * GRAVITY

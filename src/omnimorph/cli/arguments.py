@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import math
 from argparse import ArgumentParser
 from collections.abc import Callable
@@ -12,6 +13,15 @@ from omnimorph.errors import InputError
 _LARGEST = 2**64 - 1
 _LARGEST_ANGLE = math.radians(1e5)
 _MOST = 10_000
+
+
+def allow_code(parser: argparse._ActionsContainer) -> None:
+    """Add the argument without which code that a file or an argument names is refused."""
+    parser.add_argument(
+        "--allow-code",
+        action="store_true",
+        help="run code that the scenario or an argument names; without it, it is refused",
+    )
 
 
 def angles_in_degrees(text: str) -> list[float] | float:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import folder, seed_number
+from omnimorph.cli.arguments import allow_code, folder, seed_number
 from omnimorph.cli.page import add_page_arguments, announce, check_no_page, served
 from omnimorph.results.folder import check_folder, replaced_text, staged
 
@@ -39,7 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--plant",
         metavar="PLANT",
-        help="fly in another plant: perfect, realistic, realistic-1, or a TOML file",
+        help="fly in another plant: perfect, realistic, realistic-1, a TOML file, or "
+        "my_module:MyPlant",
     )
     add_part_arguments(parser)
     parser.add_argument(
@@ -71,14 +72,12 @@ PARTS = {
 
 def add_part_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments that replace parts of a scenario."""
-    parts = parser.add_argument_group("other parts: a name, a file, or my_module:MyObject")
+    parts = parser.add_argument_group(
+        "other parts: a name, a file, or my_module:MyObject, which needs --allow-code"
+    )
     for name, meaning in PARTS.items():
         parts.add_argument(f"--{name}", metavar=name.upper(), help=meaning)
-    parts.add_argument(
-        "--allow-code",
-        action="store_true",
-        help="run code that the scenario or an argument names; without it, it is refused",
-    )
+    allow_code(parts)
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
@@ -165,6 +164,7 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
             title,
             f"vehicle {scenario.vehicle.name}, plant {provenance.plant_name}, "
             f"seed {provenance.seed}",
+            *_in_python(scenario),
             "",
             run.outcome_sentence,
             "",
@@ -175,6 +175,14 @@ def _as_text(scenario: Scenario, run: Run, out: Path) -> str:
             f"Written to {out}: run.nc, metrics.json.",
         ]
     )
+
+
+def _in_python(scenario: Scenario) -> list[str]:
+    """Return the line that says which parts are written in Python, if any are."""
+    from omnimorph.simulation.own_parts import name_of
+
+    parts = [f"{part} {name_of(own)}" for part, own in scenario.own.given().items()]
+    return [f"in Python: {', '.join(parts)}"] if parts else []
 
 
 def _measures(metrics: dict[str, Any]) -> list[list[str]]:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from omnimorph.cli import console
-from omnimorph.cli.arguments import one_of_the_list
+from omnimorph.cli.arguments import allow_code, one_of_the_list
 
 SUMMARY = "list the scenarios, or show one with everything in it"
 NEEDS = ("omnimorph.simulation.scenario_schema",)
@@ -17,6 +17,7 @@ NEEDS = ("omnimorph.simulation.scenario_schema",)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of this command."""
     one_of_the_list(parser, "scenario")
+    allow_code(parser)
 
 
 def answer(options: argparse.Namespace) -> console.Answer:
@@ -24,7 +25,7 @@ def answer(options: argparse.Namespace) -> console.Answer:
     import omnimorph as om
 
     if options.scenario is not None:
-        return _one(om.load_scenario(options.scenario))
+        return _one(om.load_scenario(options.scenario, allow_code=options.allow_code))
     found = [
         {
             "name": item.name,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
@@ -23,14 +24,6 @@ from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.variation import VARIABLE, Variation
 
 __all__ = ["fly_each"]
-
-
-_OF_PARTS = {
-    "controller": ("controller.",),
-    "allocator": ("controller.allocator.",),
-    "plant": ("truth.", "plant.physics_step", "plant.control_period"),
-}
-"""What of a scenario is not flown where an object stands in; one that is named is built of it."""
 
 
 @dataclass(frozen=True)
@@ -67,10 +60,7 @@ def fly_each(
         if name in VARIABLE:
             allowed = "a path such as truth.mass, as parts of the loop are written in Python"
             raise ScenarioError.at("fly_many", "vary", name, allowed)
-        for kind, part in scenario.own.given().items():
-            if name.startswith(_OF_PARTS.get(kind, ())) and not isinstance(part, PythonObject):
-                allowed = f"nothing that the {kind} stands in for, which is an object of its own"
-                raise ScenarioError.at("fly_many", "vary", name, allowed)
+        _check_it_acts(scenario, name)
     numbers = range(first, first + variation.flights)
     began, interrupted = perf_counter(), False
     flown: dict[int, _Flown] = {}
@@ -96,6 +86,28 @@ def fly_each(
     finally:
         pool.shutdown(cancel_futures=True)
     return _as_flights(scenario, variation, flown, seed, first, interrupted, threads, began)
+
+
+def _check_it_acts(scenario: Scenario, path: str) -> None:
+    """Refuse a path to numbers that an object of one's own, built already, would never read."""
+    first, _, rest = path.partition(".")
+    stages = {"truth": ["plant"], "controller": ["controller"]}.get(first, [])
+    if first == "plant":
+        kinds = {effect.kind: effect.stage for effect in scenario.plant.effects}
+        stage = kinds.get(re.split(r"[.[]", rest)[0], "plant")
+        stages = [stage if stage in ("sensors", "estimator") else "plant"]
+    if rest.startswith("allocator."):
+        stages = ["controller", "allocator"]
+    for stage, part in scenario.own.given().items():
+        if stage in stages and not isinstance(part, PythonObject):
+            raise ScenarioError(
+                f"fly_many: vary {path} would change nothing, because the {stage} is an object "
+                f'of one\'s own; name its class, {stage}="my_module:MyClass", which is built for '
+                "each flight with its scenario.",
+                file="fly_many",
+                key="vary",
+                value=path,
+            )
 
 
 def _with_copies(scenario: Scenario) -> Scenario:

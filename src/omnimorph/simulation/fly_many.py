@@ -71,7 +71,7 @@ def fly_many(
     Parameters
     ----------
     scenario : Scenario, str or path
-        What is flown, or its name or file; all of its loop runs in the core.
+        What is flown, or its name or file.
     n : int
         How many flights.
     seed, first : int
@@ -100,7 +100,7 @@ def fly_many(
     plant, sensors, estimator, controller, allocator, reference, disturbance : optional
         As `fly` takes them. Where any but the reference is an object of one's own, each flight is
         flown by itself, with a copy of the object, tens to hundreds of times slower; flights may
-        then differ at paths alone.
+        then differ at paths alone, and not at those of what the object stands in for.
     allow_code : bool
         Whether code may run that a file or a text names.
     precision : "float64" or "float32"

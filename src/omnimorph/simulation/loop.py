@@ -13,6 +13,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any
@@ -169,9 +170,9 @@ class SteppedFlight(Storable):
         Raises
         ------
         ScenarioError
-            If the push or the demand is not six finite numbers, or the command does not fit; if a
-            part of one's own gives what cannot be flown in the very first step. Later that ends the
-            flight, and what has been flown is kept.
+            If the push or the demand is not six finite numbers, the command does not fit, or there
+            is no allocator for the demand; if a part of one's own gives what cannot be flown in the
+            very first step. Later that ends the flight, and what has been flown is kept.
 
         Examples
         --------
@@ -187,8 +188,8 @@ class SteppedFlight(Storable):
         wrench = six_numbers("the flight", "push", push)
         if demand is not None:
             demand = six_numbers("the flight", "demand", demand)
-            if self._controller_of is None and self._own.allocator is None:
-                self.scenario.check_rule()
+            if self._own.allocator is None:
+                (self._controller_of or self.scenario).check_rule()
         if command is not None:
             command = self._stages.checked(command)
             self._logs.log_each(command.log, self._control_step)
@@ -271,15 +272,11 @@ class SteppedFlight(Storable):
         if other.own.controller is not None or other.own.allocator is not None:
             allowed = "one of the core; a part written in Python flies from the start"
             raise ScenarioError.at(other.name, "controller", "written in Python", allowed)
-        settings = core_settings(
-            mine.vehicle,
-            other.gains,
-            other.allocator,
-            mine.plant.control_period,
-            other.lateral_force,
-        )
+        period, force = mine.plant.control_period, other.lateral_force
+        settings = core_settings(mine.vehicle, other.gains, other.allocator, period, force)
         self.core.change_controller(settings)
         self._stages.change_controller(settings)
+        self._own = replace(self._own, controller=None, allocator=None)
         self._controller_of = other
         self.note("controller", scenario=other.name, attitude_gives_way=other.attitude_gives_way)
 

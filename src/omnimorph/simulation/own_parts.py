@@ -36,6 +36,7 @@ from omnimorph.simulation.copies import copied
 
 __all__ = [
     "FAILURES",
+    "NOT_BOTH",
     "OwnParts",
     "PartFailed",
     "PythonObject",
@@ -43,10 +44,14 @@ __all__ = [
     "described",
     "in_flight",
     "named",
+    "name_of",
 ]
 
 _AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
 _AFTER_RESET = ("motion", "speed", "tilt", "wrench")
+
+
+NOT_BOTH = "fly takes a controller or an allocator, not both: a controller allocates."
 
 
 class PartFailed(Exception):
@@ -72,8 +77,8 @@ class PartFailed(Exception):
             said = f"{said}: {self.error}"
         said = " ".join(said.split()).rstrip(".: ")
         trace = self.error.__traceback__
-        if trace is None or isinstance(self.error, InputError):
-            return said
+        if trace is None or trace.tb_next is None or isinstance(self.error, InputError):
+            return said  # also where the call itself fails, as with other arguments
         while trace.tb_next is not None:
             trace = trace.tb_next
         return f"{said} ({Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno})"
@@ -245,15 +250,16 @@ class OwnParts:
         for name, part in self.given().items():
             if isinstance(part, PythonObject):
                 continue
+            if inspect.isclass(part):
+                allowed = f"an object of that class, such as {part.__name__}(...)"
+                raise ScenarioError.at("fly", name, part, allowed)
             if name == "plant":
                 check_plant(part, _AT_FIRST)
             elif not callable(part):
                 allowed = f"a record, name or file for the {name}, or an object that can be called"
                 raise ScenarioError.at("fly", name, part, allowed)
         if self.controller is not None and self.allocator is not None:
-            raise ScenarioError(
-                "fly takes a controller or an allocator, not both: a controller allocates."
-            )
+            raise ScenarioError(NOT_BOTH)
 
     def given(self) -> dict[str, Any]:
         """Return the parts that are there, by name."""
@@ -310,10 +316,15 @@ def described(part: object) -> dict[str, Any]:
     return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}
 
 
+def name_of(part: object) -> str:
+    """Return what a part of one's own is called: its class, or as a file names it."""
+    written = described(part)
+    return str(written.get("name") or written.get("object") or written.get("kind", ""))
+
+
 def named(kind: str, part: object) -> str:
     """Return what a message calls a part of one's own: ``controller MyController``."""
-    written = described(part)
-    return f"{kind} {written.get('name', written.get('kind', ''))}".strip()
+    return f"{kind} {name_of(part)}".strip()
 
 
 _lock = threading.Lock()

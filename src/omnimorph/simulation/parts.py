@@ -42,10 +42,10 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.effects import Effect
-from omnimorph.simulation.own_parts import OwnParts, PythonObject
+from omnimorph.simulation.own_parts import NOT_BOTH, OwnParts, PythonObject
 from omnimorph.simulation.plant import PlantModel, as_plant
 from omnimorph.simulation.scenario import Scenario
-from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
+from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario, list_scenarios
 
 __all__ = [
     "AllocatorLike",
@@ -93,18 +93,18 @@ def with_parts(
     allow_code : bool
         Whether code may run that a file or a text names.
 
+    Raises
+    ------
+    ScenarioError
+        If a part is none of what it may be, or does not fit; if a file or a text names code and
+        `allow_code` is not True.
+
     Examples
     --------
     >>> import omnimorph as om
     >>> changed = om.with_parts("hover", plant="perfect", allocator="fixed-tilt")
     >>> changed.plant.name, changed.allocator.kind
     ('perfect', 'fixed-tilt')
-
-    Raises
-    ------
-    ScenarioError
-        If a part is none of what it may be, or does not fit; if a file or a text names code and
-        `allow_code` is not True.
     """
     scenario = as_scenario(scenario, allow_code=allow_code)
     own = scenario.own
@@ -129,6 +129,8 @@ def with_parts(
         part = _resolved("allocator", allocator, allow_code)
         if controller is None:
             own = replace(own, controller=None)
+        elif own.controller is not None:
+            raise ScenarioError(NOT_BOTH)
         if not _is_own(part, AllocationRule, Scenario):
             part = _rule(scenario, part, allow_code)
         is_own = not isinstance(part, AllocationRule)
@@ -139,13 +141,14 @@ def with_parts(
         part = _resolved("disturbance", disturbance, allow_code)
         if _is_own(part, Effect, PlantModel, Sequence):
             own = replace(own, disturbance=part)
+        elif own.plant is not None:
+            allowed = "an object that can be called, as a plant of one's own has forces of its own"
+            raise ScenarioError.at("fly", "disturbance", part, allowed)
         else:
             scenario = _with_effects(scenario, "disturbance", part, in_place_of=None)
     if reference is not None:
         part = _resolved("reference", reference, allow_code)
         scenario = replace(scenario, reference=_reference(part, allow_code))
-    if own.controller is None and own.allocator is None:
-        scenario.check_rule()
     return replace(scenario, own=own)
 
 
@@ -158,7 +161,7 @@ def _resolved(name: str, part: Any, allow_code: bool) -> Any:
     """Return what was given for a part; a text that names an object of one's own becomes one."""
     if names_an_object(part):
         part = PythonObject(part, folder=os.getcwd())
-    return part.checked("the call", name, allow_code) if isinstance(part, PythonObject) else part
+    return part.checked("fly", name, allow_code) if isinstance(part, PythonObject) else part
 
 
 def _is_own(part: object, *records: type) -> bool:
@@ -196,6 +199,7 @@ def _with_controller(scenario: Scenario, part: Any, allow_code: bool) -> tuple[S
         attitude_gives_way=other.attitude_gives_way,
         proposed=False,
         overrides={},
+        own=other.own,
     )
     return whole, other.own
 
@@ -204,8 +208,12 @@ def _rule(scenario: Scenario, part: Any, allow_code: bool) -> Any:
     """Return a rule: as it is, by its kind with the scenario's weights, or another scenario's."""
     if isinstance(part, AllocationRule):
         return part
-    rule = {rule.kind: rule for rule in RULES}.get(part) if isinstance(part, str) else None
+    rules = {rule.kind: rule for rule in RULES}
+    rule = rules.get(part) if isinstance(part, str) else None
     if rule is None:
+        if isinstance(part, str) and part not in list_scenarios() and not os.path.exists(part):
+            allowed = f"{', '.join(rules)}, or the name or file of a scenario"
+            raise ScenarioError.at("fly", "allocator", part, allowed)
         other = as_scenario(part, allow_code=allow_code)
         if other.own.allocator is None:
             other.check_rule()

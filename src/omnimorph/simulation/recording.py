@@ -22,7 +22,7 @@ from omnimorph.results.logged import LoggedColumn, checked
 from omnimorph.results.record import names_taken
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Provenance, Run
 from omnimorph.simulation.core_settings import physics_steps
-from omnimorph.simulation.own_parts import FAILURES, PartFailed
+from omnimorph.simulation.own_parts import FAILURES, PartFailed, name_of
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.version import __version__
 
@@ -68,7 +68,7 @@ class FlownRows(NamedTuple):
 
 def as_run(scenario: Scenario, flown: FlownRows, written: dict[str, Any]) -> Run:
     """Return the rows flown as a run; `written` is what the scenario does not say of it."""
-    plant = scenario.plant
+    plant, engine = scenario.plant, scenario.own.plant
     time = np.arange(flown.rows, dtype=np.float64) * plant.physics_step
     columns = {name: column[: flown.rows] for name, column in flown.columns.items()}
     with np.errstate(all="ignore"):  # a flight that diverged holds what overflows
@@ -84,7 +84,7 @@ def as_run(scenario: Scenario, flown: FlownRows, written: dict[str, Any]) -> Run
             scenario_name=scenario.name,
             scenario_text=json.dumps(scenario.as_file() | written, sort_keys=True),
             vehicle_text=vehicle_text(scenario.vehicle),
-            plant_name=plant.name,
+            plant_name=plant.name if engine is None else name_of(engine),
             seed=flown.seed,
             flight=flown.flight,
             control_period=plant.control_period,

@@ -19,7 +19,7 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import MISSING, ScenarioError
+from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.samples import as_reference
@@ -40,8 +40,16 @@ LOST_BEYOND = Range(1e-6, 1e9)
 """In m."""
 TILTS_DEG = Range(-1e5, 1e5)
 """In degrees; the limits of the servos are mostly narrower."""
-NO_RULE = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
-"""Of a scenario whose file names a controller or an allocator of one's own in place of a rule."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoRule(FixedTilt):
+    """Stands in a scenario whose file names a controller or an allocator in Python instead."""
+
+    W1: float | tuple[float, ...] = 1.0
+    W2_position: tuple[float, ...] = (1.0, 1.0, 1.0)
+    W2_attitude: tuple[float, ...] = (1.0, 1.0, 1.0)
+    W3: float | tuple[float, ...] = 0.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -101,6 +109,8 @@ class Scenario:
             object.__setattr__(self, part, record)
         if not isinstance(self.own, OwnParts):
             raise ScenarioError.at(self.name, "own", self.own, "of the kind OwnParts")
+        if self.own.controller is None and self.own.allocator is None:
+            self.check_rule()
         object.__setattr__(self, "reference", as_reference(self.name, self.reference))
         self._check_overrides()
         if self.lost_beyond not in LOST_BEYOND:
@@ -120,6 +130,17 @@ class Scenario:
         # What does not fit the vehicle is refused here, with the name of its file, not in flight.
         self.plant.core_fields(vehicle)
         core_settings(vehicle, self.gains, self.allocator, self.plant.control_period)
+
+    def check_rule(self) -> None:
+        """Refuse to allocate by a rule where a file names code instead of one."""
+        if isinstance(self.allocator, NoRule):
+            raise ScenarioError(
+                f"{self.name}: there is no allocation rule, because a controller or an allocator "
+                "written in Python stands in its place; give an allocator with all its numbers, "
+                "or the controller of a scenario.",
+                file=self.name,
+                key="controller.allocator",
+            )
 
     def _check_overrides(self) -> None:
         """Refuse overrides of nothing, and those that gains and allocator do not hold."""
@@ -208,18 +229,6 @@ class Scenario:
             allowed=refused.allowed,
         )
 
-    def check_rule(self) -> None:
-        """Refuse a scenario without an allocation rule, as its file names one's own instead.
-
-        Raises
-        ------
-        ScenarioError
-            If it has none.
-        """
-        if self.own.given().keys() & {"controller", "allocator"} and self.allocator == NO_RULE:
-            allowed = "a rule with its weights here, as its file names an object in Python instead"
-            raise ScenarioError.at(self.name, "controller.allocator", MISSING, allowed)
-
     def build_controller(self) -> PoseController:
         """Return the scenario's controller of the core, to be stepped from Python.
 
@@ -250,7 +259,7 @@ class Scenario:
         allocator = own.pop("allocator", None) or self.allocator.as_file()
         controller = own.pop("controller", None) or (
             self.gains.as_file()
-            | {"allocator": allocator}
+            | {"kind": "paper", "allocator": allocator}
             | ({"attitude_gives_way": True} if self.attitude_gives_way else {})
             | ({"proposed": True} if self.proposed else {})
             | ({"overrides": overrides} if overrides else {})

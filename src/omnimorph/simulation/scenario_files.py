@@ -64,7 +64,7 @@ from omnimorph.reference.segments import Segment, SegmentReference, segments_fro
 from omnimorph.simulation.own_parts import OwnParts, PythonObject
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
-from omnimorph.simulation.scenario import NO_RULE, Scenario
+from omnimorph.simulation.scenario import NoRule, Scenario
 from omnimorph.simulation.scenario_schema import ScenarioFile
 from omnimorph.units import to_SI
 
@@ -288,7 +288,7 @@ def _stated(controller: Any) -> Controller:
     if rule.kind != "python":
         return TrackingGains.from_file(controller), _RULES[rule.kind].from_file(rule)
     gains = TrackingGains.from_file(controller) if rule is not controller else TrackingGains()
-    return gains, NO_RULE
+    return gains, NoRule()
 
 
 def _own_parts(
@@ -311,7 +311,7 @@ def _own_parts(
 
 
 def _python_object(table: Any, key: str, file: str, folder: Path, allow_code: bool) -> PythonObject:
-    part = PythonObject(table.object, table.options, str(folder / table.folder))
+    part = PythonObject(table.object, table.options, str((folder / table.folder).resolve()))
     return part.checked(file, f"{key}.object", allow_code)
 
 

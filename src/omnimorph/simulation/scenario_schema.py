@@ -153,17 +153,23 @@ AnyPlant = Annotated[
 ]
 
 
+class PythonController(PythonTable):
+    """``[controller]`` of one's own."""
+
+    kind: Literal["python"] = Field(description="paper or python")
+
+
 def _kind_of_controller(value: Any) -> str:
     """Return which one a controller is, so that only its own mistakes are reported."""
     given = value if isinstance(value, dict) else vars(value)
     if given.get("kind", "paper") != "paper":
-        return "PythonTable"
+        return "PythonController"
     return "ProposedTable" if given.get("proposed") is True else TrackingGains.__name__
 
 
 AnyController = Annotated[
     Annotated[ProposedTable, Tag("ProposedTable")]
-    | Annotated[PythonTable, Tag("PythonTable")]
+    | Annotated[PythonController, Tag("PythonController")]
     | Annotated[ControllerTable, Tag(TrackingGains.__name__)],
     Discriminator(_kind_of_controller),
 ]

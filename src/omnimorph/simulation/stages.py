@@ -191,14 +191,14 @@ class Stages:
     def _take(self, kind: str, answer: Any, asked: FloatArray, logs: list[tuple[str, Log]]) -> None:
         """Send what a part of one's own decided."""
         try:
-            self._send(answer, _wrench_of(answer, asked))
+            self._send(answer, _wrench_of(answer, asked), f"{kind}'s ")
             logs.append((self._names[kind], getattr(answer, "log", {})))
         except PartFailed:  # the plant, which it is sent to
             raise
         except FAILURES as error:
             raise PartFailed(self._names[kind], error) from None
 
-    def _send(self, command: Any, asked: FloatArray) -> None:
+    def _send(self, command: Any, asked: FloatArray, whose: str = "") -> None:
         """Send a command to the plant; one that is not finite ends the flight.
 
         Raises
@@ -216,7 +216,7 @@ class Stages:
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
             raise ScenarioError(
-                f"the controller's command cannot be used, because {problem}; it must be {allowed}."
+                f"the {whose}command cannot be used, because {problem}; it must be {allowed}."
             ) from None
         if self._engine is not None:
             self._pass_on(self._core.decided())  # not the arrays of who decided

@@ -49,25 +49,12 @@ def read_csv_table(
     limits: Mapping[str, Range],
     error: type[InputError],
 ) -> CsvTable:
-    """Read a CSV file whose first line names its columns; empty lines are left out.
+    """Read a CSV file, of at most 32 MB, whose first line names its columns; skip empty lines.
 
-    Parameters
-    ----------
-    path : str or Path
-        A text file in UTF-8, of at most 32 MB and 500 000 rows.
-    check_columns : callable
-        Called with the names of the first line, to refuse those that cannot be used.
-    limits : mapping of str to Range
-        Of the numbers in each column, in its unit.
-    error : class
-        Which `InputError` to raise.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, a column is there twice, a line holds another number of values
-        than the first, or a value is no number within its range: one sentence with the file, line
-        and column.
+    `check_columns` refuses names that cannot be used; `limits` are those of the numbers in each
+    column, in its unit. Raises `error`, with file, line and column, if the file cannot be read, a
+    column is there twice, a line holds another number of values than the first, or a value is no
+    number within its range.
     """
     numbers = array("d")  # a list of lists would take ten times the memory
     lines: list[int] = []

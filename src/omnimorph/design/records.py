@@ -172,14 +172,9 @@ def quantity(
     of: type[Declaration] = Declaration,
     **others: Any,
 ) -> Any:
-    """Declare a field that is a number, or several, with a unit in files.
+    """Declare a field that is a number, or several, with a unit in files: see `Declaration`.
 
-    Parameters
-    ----------
-    unit, limits, allowed, **others
-        See `Declaration`; a field without a `default` is required.
-    of : class
-        What keeps the declaration.
+    A field without a `default` is required; `of` is the class that keeps the declaration.
     """
     return field_of(of(unit=unit, limits=limits, allowed=allowed, **others))
 
@@ -187,14 +182,8 @@ def quantity(
 def choice(values: Sequence[Any], allowed: str, *, default: Any = MISSING) -> Any:
     """Declare a field that is one of a few texts or whole numbers, the same in files.
 
-    Parameters
-    ----------
-    values : sequence
-        All it may be, of one type: ``("left", "right")`` or ``range(3, 100, 2)``.
-    allowed : str
-        The same, to be read after "it must be".
-    default
-        A field without one is required.
+    They are of one type, ``("left", "right")`` or ``range(3, 100, 2)``; `allowed` says the same
+    after "it must be". A field without a default is required.
     """
     return field_of(Declaration(values=values, allowed=allowed, default=default))
 

@@ -14,7 +14,7 @@ from omnimorph.arrays import as_numbers
 from omnimorph.design.keys import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import fields_of
-from omnimorph.errors import ScenarioError, VehicleError
+from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
 __all__ = ["as_core", "as_thrust", "as_tilt", "core_fields", "in_float64", "state_row"]
@@ -88,18 +88,20 @@ def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     return angles
 
 
-def as_thrust(vehicle: Vehicle, thrust: ArrayLike, place: str, name: str) -> FloatArray:
+def as_thrust(
+    vehicle: Vehicle, thrust: ArrayLike, place: str = "", name: str = "thrust"
+) -> FloatArray:
     """Return one thrust for each rotor, N; a refusal says where it stands and what it is called.
 
     Raises
     ------
-    ScenarioError
+    VehicleError
         If they are not that many finite numbers.
     """
     thrusts = as_numbers(thrust)
     if thrusts.shape != (vehicle.n_rotors,) or not np.isfinite(thrusts).all():
-        allowed = f"{vehicle.n_rotors} finite numbers of newtons"
-        raise ScenarioError.at(place, name, thrust, allowed)
+        allowed = f"{vehicle.n_rotors} finite numbers of newtons, one for each rotor"
+        raise VehicleError.at(place or f"vehicle {vehicle.name}", name, thrust, allowed)
     return thrusts
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -20,7 +19,7 @@ from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.plant_files import PlantLike, as_plant
 from omnimorph.simulation.plant_model import INTEGRATORS, PlantModel, control_steps
-from omnimorph.simulation.whole_number import whole_number
+from omnimorph.simulation.whole_number import rotor_index, whole_number
 
 __all__ = [
     "INTEGRATORS",
@@ -111,7 +110,7 @@ class SimulatedPlant(Storable):
 
         Raises
         ------
-        ScenarioError
+        InputError
             If one of them is of another shape or not finite.
 
         Examples
@@ -206,14 +205,7 @@ class SimulatedPlant(Storable):
         ScenarioError
             If there is no such rotor; they are counted from 0.
         """
-        n_rotors = self.vehicle.n_rotors
-        try:
-            index = operator.index(rotor)
-        except TypeError:
-            index = -1
-        if isinstance(rotor, bool) or not 0 <= index < n_rotors:
-            raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
-        return self._in_core.hub_load(index)
+        return self._in_core.hub_load(rotor_index(self.vehicle, rotor, "plant"))
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""

@@ -12,8 +12,8 @@ import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.capability import usable_lateral_force
 from omnimorph.control.controller import core_settings
-from omnimorph.control.position_first import usable_lateral_force
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range

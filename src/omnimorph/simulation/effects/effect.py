@@ -54,25 +54,13 @@ class PlantBuild(NamedTuple):
 def own_numbers(
     plant: PlantBuild, kind: str, field: str, key: str = "", without: str = ""
 ) -> FloatArray:
-    """Return the vehicle's own numbers for an effect.
-
-    Parameters
-    ----------
-    plant : PlantBuild
-        With the vehicle.
-    kind : str
-        Of the effect.
-    field : str
-        Of the vehicle.
-    key : str
-        Of the effect, by which it may have numbers of its own; "" if it cannot.
-    without : str
-        A plant of the catalogue that lacks the effect but is as another; "" if there is none.
+    """Return the vehicle's own numbers of a field for an effect of a kind.
 
     Raises
     ------
     ScenarioError
-        If all of them are zero, so that the effect would do nothing.
+        If all of them are zero, so that the effect would do nothing: it names the `key` by which it
+        may have numbers of its own and a plant of the catalogue `without` it, where there are such.
     """
     values: FloatArray = getattr(plant.vehicle, field)
     if values.size and not (values > 0.0).any():

@@ -107,13 +107,7 @@ BenchLike = BenchData | str | os.PathLike[str]
 
 
 def as_bench(bench: BenchLike) -> BenchData:
-    """Return bench data that may be given as a CSV file.
-
-    Raises
-    ------
-    InputError
-        As `read_bench` does, and if it is anything else.
-    """
+    """Return bench data that may be given as `read_bench` takes them; refuse anything else."""
     return record_or_file(bench, BenchData, "bench", read_bench, InputError)
 
 

@@ -55,21 +55,9 @@ def allocation_matrix(vehicle: VehicleLike, tilt: ArrayLike) -> FloatArray:
 
 
 def tilt_derivative(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> FloatArray:
-    """Return ∂(A(α) f)/∂α: how the wrench changes with the angle of each servo.
+    """Return ∂(A(α) f)/∂α, how the wrench changes with the angle of each servo: (6, m) array.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With n rotors and m servos.
-    thrust : (n,) array, N
-        Thrusts f.
-    tilt : float or (m,) array, rad
-        Angles α.
-
-    Returns
-    -------
-    (6, m) array
-        N/rad, then N m/rad, in B.
+    N/rad, then N m/rad, in B, of thrusts f, (n,) N, at angles α, one or (m,) rad.
     """
     f = as_thrust(vehicle, thrust)
     return _core.tilt_derivative(as_core(vehicle), f, as_tilt(vehicle, tilt))

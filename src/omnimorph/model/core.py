@@ -100,7 +100,8 @@ def as_thrust(
     """
     thrusts = as_numbers(thrust)
     if thrusts.shape != (vehicle.n_rotors,) or not np.isfinite(thrusts).all():
-        allowed = f"{vehicle.n_rotors} finite numbers of newtons, one for each rotor"
+        n = vehicle.n_rotors
+        allowed = f"{n} finite numbers of newtons, one for each of the {n} rotors"
         raise VehicleError.at(place or f"vehicle {vehicle.name}", name, thrust, allowed)
     return thrusts
 

@@ -23,7 +23,6 @@ from omnimorph.simulation.whole_number import rotor_index, whole_number
 
 __all__ = [
     "INTEGRATORS",
-    "NOT_ASKED",
     "PlantLike",
     "PlantModel",
     "SimulatedPlant",
@@ -33,8 +32,6 @@ __all__ = [
 ]
 
 _NO_WRENCH = np.zeros(6)
-NOT_ASKED = np.full(6, np.nan)
-"""The wrench asked for by what gives commands alone."""
 _AT_ORIGIN = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": slice(15, 18)}
@@ -269,25 +266,6 @@ def core_motion(row: FloatArray) -> dict[str, FloatArray]:
 def as_state(row: FloatArray) -> State:
     """Return the 18 numbers of a state of the core as a `State`."""
     return State(row[:3], row[3:12].reshape(3, 3), row[12:15], row[15:18])
-
-
-def send(flight: _core.Flight, command: Command, wrench_asked: FloatArray) -> bool:
-    """Send a command made in Python to a flight of the core; False if it is not finite.
-
-    Raises
-    ------
-    ScenarioError
-        If it does not have one thrust for each rotor and one tilt for each servo.
-    """
-    try:
-        thrust, tilt = command
-        try:
-            return flight.decide(thrust, tilt, wrench_asked)
-        except TypeError:  # not yet arrays of float64
-            thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
-            return flight.decide(thrust, tilt, wrench_asked)
-    except (TypeError, ValueError, OverflowError) as problem:
-        raise _unfit_command(problem) from None
 
 
 def _unfit_command(problem: Exception) -> ScenarioError:

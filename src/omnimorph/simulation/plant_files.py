@@ -89,13 +89,7 @@ def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
 
 
 def as_plant(plant: PlantLike) -> PlantModel:
-    """Return a plant that may be given as a name of the catalogue or as a file.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_plant` does, and if it is anything else.
-    """
+    """Return a plant that may be given as `load_plant` takes it; refuse anything else."""
     return record_or_file(plant, PlantModel, "plant", load_plant, ScenarioError)
 
 

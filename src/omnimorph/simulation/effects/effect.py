@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from omnimorph.design.keys import FILE_KEYS
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record
+from omnimorph.design.records import Record, declared
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "own_numbers"]
+__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "numbers_of"]
 
 # What a message says is allowed.
 TIME = "a number of milliseconds, not negative"
@@ -51,19 +53,23 @@ class PlantBuild(NamedTuple):
         self.sensors["estimator"] = (name, fields)
 
 
-def own_numbers(
-    plant: PlantBuild, kind: str, field: str, key: str = "", without: str = ""
+def numbers_of(
+    effect: Effect, plant: PlantBuild, field: str, name: str = "", without: str = ""
 ) -> FloatArray:
-    """Return the vehicle's own numbers of a field for an effect of a kind.
+    """Return an effect's own number `name` for each, if it has one, else the vehicle's of a field.
 
     Raises
     ------
     ScenarioError
-        If all of them are zero, so that the effect would do nothing: it names the `key` by which it
-        may have numbers of its own and a plant of the catalogue `without` it, where there are such.
+        If all of the vehicle's are zero, so that the effect would do nothing: it names a plant of
+        the catalogue `without` it, if there is one.
     """
     values: FloatArray = getattr(plant.vehicle, field)
+    own = getattr(effect, name) if name else None
+    if own is not None:
+        return np.full(len(values), own)
     if values.size and not (values > 0.0).any():
+        kind, key = effect.kind, declared(type(effect))[name].key if name else ""
         allowed = f"positive, because the plant's effect {kind} takes it from the vehicle"
         allowed += f"; or give the effect {key} of its own" if key else ""
         allowed += f"; or fly in the plant {without}, which lacks that effect" if without else ""

@@ -26,21 +26,11 @@ _BYTES_OF_A_CHARACTER = 12  # at "1," a number takes 8, and its row a line numbe
 
 
 class CsvTable(NamedTuple):
-    """What a CSV file holds.
+    """What a CSV file holds."""
 
-    Attributes
-    ----------
-    columns : list of str
-        Their names, C of them.
-    rows : (K, C) array
-        Finite numbers.
-    lines : list of int
-        On which line of the file each row ends, counted from 1.
-    """
-
-    columns: list[str]
-    rows: FloatArray
-    lines: list[int]
+    columns: list[str]  # their names, C of them
+    rows: FloatArray  # (K, C) finite numbers
+    lines: list[int]  # on which line of the file each row ends, counted from 1
 
 
 def read_csv_table(

@@ -57,24 +57,12 @@ _TORQUE_PER = {"Hz": "N m/Hz²", "rpm": "N m/rpm²", "rad_per_s": "N m s²/rad²
 
 
 class UnitDoubt(NamedTuple):
-    """A number that is probably in another unit.
+    """A number that is probably in another unit."""
 
-    Attributes
-    ----------
-    attribute : str
-        Of `Vehicle`.
-    number : int or None
-        Of the rotor or servo; None for what the vehicle has once.
-    why : str
-        What follows from the number.
-    explanations : tuple of Explanation
-        One way or another in which it would be usual; empty if no unit explains it.
-    """
-
-    attribute: str
-    number: int | None
-    why: str
-    explanations: tuple[Explanation, ...]
+    attribute: str  # of `Vehicle`
+    number: int | None  # of the rotor or servo; None for what the vehicle has once
+    why: str  # what follows from the number
+    explanations: tuple[Explanation, ...]  # how it would be usual; empty if no unit explains it
 
 
 def largest_radius(vehicle: Vehicle) -> float | None:

@@ -24,18 +24,10 @@ _DIRECTIONS = ("x", "y", "z")
 
 
 class AttitudeError(NamedTuple):
-    """The attitude error over time, (K,) arrays.
+    """The attitude error over time, (K,) arrays."""
 
-    Attributes
-    ----------
-    angle_deg : array
-        Geodesic angle between R and R_d, 0 to 180 degrees.
-    sine : array
-        ‖e_R‖, what the paper calls attitude error: the sine of that angle.
-    """
-
-    angle_deg: FloatArray
-    sine: FloatArray
+    angle_deg: FloatArray  # geodesic angle between R and R_d, 0 to 180 degrees
+    sine: FloatArray  # ‖e_R‖, what the paper calls attitude error: the sine of that angle
 
 
 class Phase(NamedTuple):

@@ -16,18 +16,10 @@ __all__ = ["Band", "band", "envelope", "thin"]
 
 
 class Band(NamedTuple):
-    """A noisy curve in columns of equal length: (columns,) arrays.
+    """A noisy curve in columns of equal length: (columns,) arrays."""
 
-    Attributes
-    ----------
-    time : array, s
-        Middle of each column.
-    low, mean, high : array
-        Smallest value, mean and largest value within the column.
-    """
-
-    time: FloatArray
-    low: FloatArray
+    time: FloatArray  # s, the middle of each column
+    low: FloatArray  # the smallest value within it
     mean: FloatArray
     high: FloatArray
 

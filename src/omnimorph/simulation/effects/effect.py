@@ -26,25 +26,13 @@ FACTORS = Range(1e-6, 1e6)
 
 
 class PlantBuild(NamedTuple):
-    """What an effect is added to.
+    """What an effect is added to."""
 
-    Attributes
-    ----------
-    laws : dict of str to dict
-        The imperfections of the core's plant by their kind, each with its fields.
-    sensors : dict of str to dict
-        The same of the core's sensors, and the estimator, see `set_estimator`.
-    vehicle : Vehicle
-        The true one.
-    control_period, step : float, s
-        Of the plant.
-    """
-
-    laws: dict[str, Any]
-    sensors: dict[str, Any]
-    vehicle: Vehicle
-    control_period: float
-    step: float
+    laws: dict[str, Any]  # imperfections of the core's plant by their kind, each with its fields
+    sensors: dict[str, Any]  # the same of its sensors, and the estimator, see `set_estimator`
+    vehicle: Vehicle  # the true one
+    control_period: float  # s, of the plant
+    step: float  # s
 
     def set_estimator(self, kind: str, name: str, fields: dict[str, Any]) -> None:
         """Choose the core's estimator for an effect; refused if another effect has chosen one."""

@@ -31,28 +31,16 @@ _NONE = 1e-6  # × g: an acceleration that counts as none
 class Capability:
     """The accelerations that a vehicle can add to its weight, level, at one tilt.
 
-    Attributes
-    ----------
-    tilt : (m,) array, rad
-        Of each servo.
-    sideways : float, m/s²
-        To every side, without a moment; where several servos turn, with the best tilts for each.
-    turns : bool
-        Whether several servos turn to push sideways, so that their rate limits come in.
-    vertical : float, m/s²
-        Both up and down, without a moment.
-    angular : (3,) array, rad/s²
-        About each axis of B, either way, while the rotors hold the weight.
-    effort : float, (rad/s)⁴
-        ‖u‖² of hovering, u = w|w|, at the tilt at which it is least.
+    `sideways` is to every side without a moment; where several servos turn, with the best tilts for
+    each side, so that their rate limits come in.
     """
 
-    tilt: FloatArray
-    sideways: float
-    turns: bool
-    vertical: float
-    angular: FloatArray
-    effort: float
+    tilt: FloatArray  # (m,) rad
+    sideways: float  # m/s²
+    turns: bool  # whether several servos turn to push sideways
+    vertical: float  # m/s², both up and down, without a moment
+    angular: FloatArray  # (3,) rad/s², about each axis of B either way, while it holds its weight
+    effort: float  # (rad/s)⁴, ‖u‖² of hovering, u = w|w|, at the tilt at which it is least
 
     @property
     def leans(self) -> bool:

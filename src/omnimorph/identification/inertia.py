@@ -231,7 +231,7 @@ def load_parts(path: str | os.PathLike[str]) -> list[Part]:
     Parameters
     ----------
     path : str or path
-        A file of ``[[part]]`` tables, as above.
+        A file of ``[[part]]`` tables, see the head of this module.
 
     Returns
     -------

@@ -14,7 +14,7 @@ from omnimorph.arrays import as_numbers
 from omnimorph.design.keys import OF_VEHICLES
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import fields_of
-from omnimorph.errors import VehicleError
+from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.protocols import FloatArray
 
 __all__ = ["as_core", "as_thrust", "as_tilt", "core_fields", "in_float64", "state_row"]
@@ -96,13 +96,14 @@ def as_thrust(
     Raises
     ------
     VehicleError
-        If they are not that many finite numbers.
+        If they are not that many finite numbers; ScenarioError with a place.
     """
     thrusts = as_numbers(thrust)
     if thrusts.shape != (vehicle.n_rotors,) or not np.isfinite(thrusts).all():
         n = vehicle.n_rotors
         allowed = f"{n} finite numbers of newtons, one for each of the {n} rotors"
-        raise VehicleError.at(place or f"vehicle {vehicle.name}", name, thrust, allowed)
+        error = ScenarioError if place else VehicleError
+        raise error.at(place or f"vehicle {vehicle.name}", name, thrust, allowed)
     return thrusts
 
 

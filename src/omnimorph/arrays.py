@@ -24,6 +24,6 @@ def as_numbers(value: object) -> NDArray[np.float64]:
         array = np.asarray(value)
         if array.dtype.kind in "biufO":  # "1.5" is a text, though NumPy would read it
             return np.asarray(array, dtype=np.float64, order="C")
-    except (TypeError, ValueError, OverflowError):  # rows of different lengths, 10**400
+    except Exception:  # rows of different lengths, 10**400, whatever an object's __array__ raises
         pass
     return np.array(math.nan)

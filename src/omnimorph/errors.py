@@ -241,5 +241,7 @@ def shown(value: Any) -> str:
             text = repr(value) if isinstance(value, list | tuple | dict) else str(value)
         except (ValueError, RecursionError):  # integers of thousands of digits, or lists as deep
             text = "too long to show"
+        except Exception:  # what a class of one's own raises
+            text = f"a {type(value).__name__} that cannot be shown"
     text = legible(text, 10 * _LONGEST_SHOWN)
     return text if len(text) <= _LONGEST_SHOWN else text[: _LONGEST_SHOWN - 1] + "…"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from tests.unit.own_objects import wall
 
 import omnimorph as om
 from omnimorph.live.page import LivePage
@@ -74,3 +75,38 @@ def test_plots_go_on_with_the_flight_and_are_never_built_anew() -> None:
         assert [handle.scales for handle in handles] == scales
     finally:
         stop(server)
+
+
+def test_a_part_of_ones_own_that_fails_is_shown_and_the_flight_kept() -> None:
+    def fails(time: float, state: om.State, desired: om.Desired) -> om.Command:
+        if time > 0.1:
+            raise ValueError("no <way>")
+        return om.Command(np.full(8, 1.6), np.zeros(1), log={"time_there": time})
+
+    server = new_server()
+    try:
+        page = LivePage(server, om.with_parts(HOVER, controller=fails))
+        page.pilot.advance(np.inf)
+        page.show()
+        shown, run = page._notice.content, page.as_run()
+    finally:
+        stop(server)
+    assert run.outcome is om.Outcome.PART_FAILED
+    assert run["time_there"].max() == 0.1
+    assert "no &lt;way&gt;" in shown
+    assert "no <way>" not in shown
+
+
+def test_what_an_engine_decides_itself_is_refused_on_the_page_and_the_flight_goes_on() -> None:
+    server = new_server()
+    try:
+        page = LivePage(server, om.with_parts(HOVER, plant=wall(HOVER)))
+        page._try(lambda: page.pilot.cut(0))
+        shown = page._notice.content
+        page.pilot.advance(np.inf)
+        page.show()
+        run = page.as_run()
+    finally:
+        stop(server)
+    assert "left to the plant" in shown
+    assert run.outcome is om.Outcome.COMPLETED

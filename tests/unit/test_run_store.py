@@ -15,9 +15,11 @@ import pytest
 import xarray
 from tests.forked import Forked
 
+import omnimorph as om
 from omnimorph.design.files import load_vehicle
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, RunFileError
+from omnimorph.reference.segments import Segment, SegmentReference
 from omnimorph.results.atomic import replacing
 from omnimorph.results.run import COLUMNS, Outcome, Performance, Run
 from omnimorph.results.saving import hash_content
@@ -149,6 +151,24 @@ def test_a_file_of_the_first_schema_is_read_as_it_was_written(tmp_path: Path) ->
     assert run.metrics.drag_energy_J == pytest.approx(0.8843348400165029, rel=1e-14)
     run.save(tmp_path / "again.nc")
     assert_same(load_run(tmp_path / "again.nc"), run)
+
+
+def test_a_file_of_the_version_before_loads_and_is_flown_again_the_same(tmp_path: Path) -> None:
+    """It holds 20 ms of Case A's controller, seed 7, and the hash that its writer gave the run."""
+    older = tmp_path / "older.nc"
+    older.write_bytes(gzip.decompress((OLDER / "run-schema-2.nc.gz").read_bytes()))
+    run = load_run(older)
+    written = "5ccad49b56361e78baa3550594a1f61873710bf3a98bd388c6e0605756d9dc86"
+    assert run.provenance.content_hash == run.content_hash == written
+    assert run.metrics.position_error_mean_m == pytest.approx(0.004998526113483663, rel=1e-14)
+    assert run.logged == {}
+    run.save(tmp_path / "again.nc")
+    assert_same(load_run(tmp_path / "again.nc"), run)
+    way = SegmentReference((0.0, 0.0, 1.0), np.eye(3), [Segment(0.02, (0.01, 0.0, 0.0))])
+    case = om.load_scenario("paper-case-a")
+    again = om.fly(dataclasses.replace(case, reference=way, name="of the version before"), seed=7)
+    for name in NAMES:
+        np.testing.assert_array_equal(getattr(again, name), getattr(run, name), err_msg=name)
 
 
 @pytest.mark.parametrize("name", ["speed", "thrust", "tilt_command"])

@@ -84,13 +84,15 @@ def add_part_arguments(parser: argparse.ArgumentParser) -> None:
 def answer(options: argparse.Namespace) -> console.Answer:
     """Fly, write, and say how it went."""
     import omnimorph as om
+    from omnimorph.simulation.parts import names_an_object
 
     if not options.view:
         check_no_page(options, "there is none without --view")
     scenario = om.load_scenario(options.scenario, allow_code=options.allow_code)
     if options.vehicle is not None:
         vehicle = om.load_vehicle(options.vehicle)
-        scenario = scenario.for_vehicle(vehicle, plant=options.plant)
+        plant = None if names_an_object(options.plant) else options.plant
+        scenario = scenario.for_vehicle(vehicle, plant=plant)
     given: dict[str, Any] = {name: getattr(options, name) for name in ("plant", *PARTS)}
     scenario = om.with_parts(scenario, **given, allow_code=options.allow_code)
     changes = [Path(name).stem for name in (options.vehicle, *given.values()) if name]

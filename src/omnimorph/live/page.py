@@ -6,6 +6,7 @@ import html
 import math
 import textwrap
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -160,9 +161,9 @@ class LivePage:
                 float(strength.value) * np.array(_DIRECTIONS[event.target.value])
             )
         )
-        cut.on_click(lambda _: self.pilot.cut(rotors.index(rotor.value)))
-        restore.on_click(lambda _: self.pilot.restore())
-        controller.on_update(lambda _: self._take_controller(controller.value))
+        cut.on_click(lambda _: self._try(lambda: self.pilot.cut(rotors.index(rotor.value))))
+        restore.on_click(lambda _: self._try(self.pilot.restore))
+        controller.on_update(lambda _: self._try(lambda: self._take_controller(controller.value)))
         self._notice = gui.add_html("")
         self._numbers = gui.add_html("")
 
@@ -181,8 +182,12 @@ class LivePage:
 
     def _take_controller(self, name: str) -> None:
         mine = self.scenario
+        self.pilot.take_controller_of(mine if name == mine.name else load_scenario(name))
+
+    def _try(self, change: Callable[[], None]) -> None:
+        """Change the flight, or say why it cannot be."""
         try:
-            self.pilot.take_controller_of(mine if name == mine.name else load_scenario(name))
+            change()
         except InputError as mistake:
             self._notice.content = f'<div id="notices">{html.escape(str(mistake))}</div>'
 
@@ -242,7 +247,11 @@ def _sentence_of(event: dict[str, Any]) -> str:
         return f"pushed with {math.hypot(*event['force_N']):.1f} N"
     if event["kind"] == "fault":
         return html.escape(event["error"])
+    if event["kind"] == "failure":
+        return html.escape(f"{event['part']} failed with {event['error']}")
     if event["kind"] == "controller":
         return f"controller of {html.escape(event['scenario'])}"
+    if event["kind"] != "effectiveness":
+        return html.escape(event["kind"])
     cut = [str(rotor) for rotor in np.flatnonzero(np.array(event["share"]) == 0.0)]
     return f"without thrust: rotor {', '.join(cut)}" if cut else "all rotors restored"

@@ -216,10 +216,14 @@ def as_reference(place: str, reference: ReferenceLike) -> Reference:
     """Return a reference that may be given, at a `place`, as a CSV file of poses; or refuse it."""
     if isinstance(reference, str | os.PathLike) and is_file(reference):
         return SampledReference.from_csv(os.fsdecode(reference))
-    if not (callable(reference) and hasattr(reference, "duration")):
-        allowed = "a reference, which has a duration and is called with a time, or a CSV file"
-        raise ScenarioError.at(place, "reference", reference, allowed)
-    return reference
+    try:
+        if callable(reference) and hasattr(reference, "duration"):
+            return reference
+    except Exception as error:
+        why = f"{type(error).__name__}: {error}"
+        raise ScenarioError(f"{place}: the duration of the reference failed with {why}.") from error
+    allowed = "a reference, which has a duration and is called with a time, or a CSV file"
+    raise ScenarioError.at(place, "reference", reference, allowed)
 
 
 def _read_csv(path: str | Path) -> tuple[FloatArray, list[str]]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,7 +18,7 @@ from omnimorph.model.dynamics import hover_thrust
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.reference.segments import SegmentReference
-from omnimorph.simulation.own_parts import in_flight
+from omnimorph.simulation.own_parts import FAILURES, PartFailed, in_flight, named
 from omnimorph.simulation.plant import control_steps, core_motion
 from omnimorph.simulation.scenario import Scenario
 
@@ -82,8 +84,9 @@ def loop_fields(scenario: Scenario, start: FloatArray) -> dict[str, Any]:
 
 def _start(scenario: Scenario) -> FloatArray:
     """Return the (18,) state from which a scenario starts: at rest, where the reference begins."""
-    desired = scenario.reference(0.0)
-    return state_row(desired.p_WB, desired.R_WB, np.zeros(6))
+    with _asked(scenario.reference):
+        desired = scenario.reference(0.0)
+        return state_row(desired.p_WB, desired.R_WB, np.zeros(6))
 
 
 def physics_steps(scenario: Scenario) -> int:
@@ -94,11 +97,13 @@ def physics_steps(scenario: Scenario) -> int:
     ScenarioError
         If it has no step or too many.
     """
-    duration = as_numbers(scenario.reference.duration)
+    with _asked(scenario.reference):
+        given = scenario.reference.duration
+    duration = as_numbers(given)
     steps = float(duration) / scenario.plant.physics_step if duration.ndim == 0 else math.nan
     if not 0.5 < steps <= MOST_STEPS:
         allowed = f"from one physics step to {MOST_STEPS} of them"
-        raise ScenarioError.at(scenario.name, "duration", scenario.reference.duration, allowed)
+        raise ScenarioError.at(scenario.name, "duration", given, allowed)
     return round(steps)
 
 
@@ -109,7 +114,7 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
     if isinstance(reference, SegmentReference):
         return _core.Reference(reference.as_table(), nothing)
     times = np.arange(steps + 1) * scenario.plant.physics_step
-    with in_flight({"reference": reference}):
+    with in_flight({"reference": reference}), _asked(reference):
         sample = getattr(reference, "sample", None)
         if callable(sample):
             rows = as_numbers(sample(times))
@@ -128,6 +133,15 @@ def _core_reference(scenario: Scenario, steps: int) -> _core.Reference:
         attitude = rows[k, 3:12].reshape(3, 3).tolist()
         raise ScenarioError.at(scenario.name, place, attitude, ROTATION)
     return _core.Reference(nothing, np.ascontiguousarray(rows))
+
+
+@contextmanager
+def _asked(reference: Reference) -> Iterator[None]:
+    """Raise in a sentence what a reference of one's own raises."""
+    try:
+        yield
+    except FAILURES as error:
+        PartFailed(named("reference", reference), error).refuse()
 
 
 def _row(reference: Reference, time: float) -> FloatArray:

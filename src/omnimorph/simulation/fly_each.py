@@ -89,10 +89,12 @@ def _with_copies(scenario: Scenario) -> Scenario:
     """Return a scenario with copies of what may remember something."""
     try:
         own, reference = copy.deepcopy((scenario.own, scenario.reference))
+    except ScenarioError:
+        raise
     except Exception as error:
         why = f"{type(error).__name__}: {error}"
         raise ScenarioError(
-            f"fly_many: a part of the loop cannot be copied for each flight, because {why}."
+            f"the reference cannot be copied for another flight, because {why}."
         ) from error
     return replace(scenario, own=own, reference=reference)
 

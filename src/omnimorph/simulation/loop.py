@@ -108,7 +108,8 @@ class SteppedFlight(Storable):
         self._stages = Stages(self.core, parts, scenario, self._own)
         self.columns = MappingProxyType(self.core.columns())
         self.notes: dict[str, Any] = {}
-        self._logs = Logs(self.steps // self.control_every + 2, scenario.vehicle)
+        control_steps = self.steps // self.control_every + 2
+        self._logs = Logs(control_steps, self.steps + 1, scenario.vehicle)
         self._shares: FloatArray | None = None  # of the thrust, since `set_effectiveness`
         self._controller_of: Scenario | None = None  # since `change_controller`
         self._began = perf_counter()
@@ -252,6 +253,8 @@ class SteppedFlight(Storable):
 
     def change_controller(self, scenario: ScenarioLike) -> None:
         """Go on with the controller of another scenario, from the last command.
+
+        A controller or an allocator of one's own is asked no more.
 
         Raises
         ------

@@ -8,18 +8,20 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import inspect
+import json
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn, Self
 
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import InputError, ScenarioError
 from omnimorph.protocols import (
     Allocator,
     Controller,
@@ -29,6 +31,7 @@ from omnimorph.protocols import (
     Sensors,
 )
 from omnimorph.reference.samples import SampledReference
+from omnimorph.simulation.copies import copied
 
 __all__ = [
     "FAILURES",
@@ -38,6 +41,7 @@ __all__ = [
     "check_plant",
     "described",
     "in_flight",
+    "named",
 ]
 
 _AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
@@ -62,10 +66,12 @@ class PartFailed(Exception):
     @property
     def what(self) -> str:
         """The error in a line, and where in the code it was raised."""
-        said = f"{type(self.error).__name__}: {self.error}"
+        said = type(self.error).__name__
+        with suppress(Exception):  # an error of one's own may not even say what it is
+            said = f"{said}: {self.error}"
         said = " ".join(said.split()).rstrip(".: ")
         trace = self.error.__traceback__
-        if trace is None or isinstance(self.error, ScenarioError):
+        if trace is None or isinstance(self.error, InputError):
             return said
         while trace.tb_next is not None:
             trace = trace.tb_next
@@ -73,7 +79,7 @@ class PartFailed(Exception):
 
     def refuse(self) -> NoReturn:
         """Raise what a user reads where nothing has been flown that could be kept."""
-        if isinstance(self.error, ScenarioError):
+        if isinstance(self.error, InputError):
             raise self.error
         sentence = f"{self.part} failed before anything was flown: {self.what}."
         raise ScenarioError(sentence) from self.error
@@ -148,21 +154,22 @@ class PythonObject:
         return found
 
     def built(self, *arguments: Any) -> Any:
-        """Return the object; a class is called with the arguments and the options.
+        """Return the object, for one flight: a class is called with the arguments and the options.
+
+        What the module has made itself is copied, so that no other flight has changed it.
 
         Raises
         ------
         ScenarioError
-            As `found`, and if the class raises.
+            As `found`, and if the class raises or the object cannot be copied.
         """
         found = self.found()
-        if not inspect.isclass(found):
-            return found
+        is_class = inspect.isclass(found)
         try:
-            return found(*arguments, **self.options)
+            return found(*arguments, **self.options) if is_class else copy.deepcopy(found)
         except FAILURES as error:
-            failed = PartFailed(self.object, error)
-            raise ScenarioError(f"{self.object} cannot be built: {failed.what}.") from error
+            what, failed = "built" if is_class else "copied", PartFailed(self.object, error)
+            raise ScenarioError(f"{self.object} cannot be {what}: {failed.what}.") from error
 
     def as_file(self) -> dict[str, Any]:
         """Return what a file would hold."""
@@ -172,23 +179,24 @@ class PythonObject:
 
 def _module(name: str, folder: str) -> ModuleType:
     """Import a module, from a folder if it has it."""
-    relative = Path(*name.split("."))
-    here = Path(folder) / relative if folder else None
-    own = here is not None and (here.with_suffix(".py").is_file() or here.is_dir())
-    if not own:
+    root = Path(folder).resolve()
+    here = root.joinpath(*name.split("."))
+    files = [one.resolve() for one in (here.with_suffix(".py"), here / "__init__.py")]
+    if not folder or not any(one.is_file() for one in files):
         return importlib.import_module(name)
-    known = sys.modules.get(name)
-    source = getattr(known, "__file__", None)
-    if known is not None and (source is None or not Path(source).is_relative_to(folder)):
+    sys.path.insert(0, str(root))
+    try:
+        module = importlib.import_module(name)
+    finally:
+        with suppress(ValueError):  # the module has removed it
+            sys.path.remove(str(root))
+    source = getattr(module, "__file__", None)
+    if source is None or Path(source).resolve() not in files:
         raise ScenarioError(
             f"the module {name} in {folder} cannot be imported, because another {name} is in use; "
             "give it another name."
         )
-    sys.path.insert(0, folder)
-    try:
-        return importlib.import_module(name)
-    finally:
-        sys.path.remove(folder)
+    return module
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -239,6 +247,25 @@ class OwnParts:
         parts = {one.name: getattr(self, one.name) for one in fields(self)}
         return {name: part for name, part in parts.items() if part is not None}
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> OwnParts:
+        """Return copies for another flight.
+
+        Raises
+        ------
+        ScenarioError
+            If a part cannot be copied.
+        """
+        copies = {}
+        for name, part in self.given().items():
+            try:
+                copies[name] = copied(part, memo)
+            except FAILURES as error:
+                why = f"{type(error).__name__}: {error}"
+                raise ScenarioError(
+                    f"the {name} cannot be copied for another flight, because {why}."
+                ) from error
+        return OwnParts(**copies)
+
     def built(self, scenario: Any) -> OwnParts:
         """Return them ready to fly: what a file names as a class is built for the scenario."""
         named = {
@@ -251,7 +278,10 @@ class OwnParts:
 
 def check_plant(plant: Any, names: Sequence[str] = _AFTER_RESET) -> None:
     """Refuse a plant that lacks what its protocol says; some may come with its first `reset`."""
-    missing = [one for one in names if not hasattr(plant, one)]
+    try:
+        missing = [one for one in names if not hasattr(plant, one)]
+    except FAILURES as error:
+        PartFailed(named("plant", plant), error).refuse()
     if missing:
         lacking = ", ".join(missing)
         allowed = f"a PlantModel, the name or file of one, or an object that has {lacking}"
@@ -262,8 +292,15 @@ def described(part: object) -> dict[str, Any]:
     """Return a part of the loop as a file would hold it; of one written in Python, its name."""
     as_file: Callable[[], dict[str, Any]] | None = getattr(part, "as_file", None)
     if as_file is not None:
-        return as_file()
+        with suppress(Exception):  # a class of one's own may mean something else by it
+            return dict(json.loads(json.dumps(as_file(), default=str)))
     return {"kind": "python", "name": getattr(part, "__qualname__", type(part).__qualname__)}
+
+
+def named(kind: str, part: object) -> str:
+    """Return what a message calls a part of one's own: ``controller MyController``."""
+    written = described(part)
+    return f"{kind} {written.get('name', written.get('kind', ''))}".strip()
 
 
 _lock = threading.Lock()

@@ -42,7 +42,7 @@ from omnimorph.protocols import (
 )
 from omnimorph.reference.samples import as_reference
 from omnimorph.simulation.effects import Effect
-from omnimorph.simulation.own_parts import PythonObject
+from omnimorph.simulation.own_parts import OwnParts, PythonObject
 from omnimorph.simulation.plant import PlantModel, as_plant
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
@@ -55,6 +55,7 @@ __all__ = [
     "EstimatorLike",
     "ReferenceLike",
     "SensorsLike",
+    "names_an_object",
     "with_parts",
 ]
 
@@ -122,20 +123,18 @@ def with_parts(
                 scenario = _with_effects(scenario, stage, part, in_place_of=stage)
     if controller is not None:
         part = _resolved("controller", controller, allow_code)
-        is_own = _is_own(part, TrackingGains, Scenario)
-        own = replace(own, controller=part if is_own else None, allocator=None)
-        if not is_own:
-            scenario = _with_controller(scenario, part)
+        scenario, theirs = _with_controller(scenario, part, allow_code)
+        own = replace(own, controller=theirs.controller, allocator=theirs.allocator)
     if allocator is not None:
         part = _resolved("allocator", allocator, allow_code)
-        is_own = _is_own(part, AllocationRule, Scenario)
         if controller is None:
             own = replace(own, controller=None)
+        if not _is_own(part, AllocationRule, Scenario):
+            part = _rule(scenario, part, allow_code)
+        is_own = not isinstance(part, AllocationRule)
         own = replace(own, allocator=part if is_own else None)
         if not is_own:
-            scenario = replace(
-                scenario, allocator=_rule(scenario, part), proposed=False, overrides={}
-            )
+            scenario = replace(scenario, allocator=part, proposed=False, overrides={})
     if disturbance is not None:
         part = _resolved("disturbance", disturbance, allow_code)
         if _is_own(part, Effect, PlantModel, Sequence):
@@ -144,13 +143,20 @@ def with_parts(
             scenario = _with_effects(scenario, "disturbance", part, in_place_of=None)
     if reference is not None:
         part = _resolved("reference", reference, allow_code)
-        scenario = replace(scenario, reference=_reference(part))
+        scenario = replace(scenario, reference=_reference(part, allow_code))
+    if own.controller is None and own.allocator is None:
+        scenario.check_rule()
     return replace(scenario, own=own)
+
+
+def names_an_object(part: object) -> bool:
+    """Return whether a text names an object of one's own, ``my_module:MyController``."""
+    return isinstance(part, str) and ":" in part and not os.path.exists(part)
 
 
 def _resolved(name: str, part: Any, allow_code: bool) -> Any:
     """Return what was given for a part; a text that names an object of one's own becomes one."""
-    if isinstance(part, str) and ":" in part and not os.path.exists(part):
+    if names_an_object(part):
         part = PythonObject(part, folder=os.getcwd())
     return part.checked("the call", name, allow_code) if isinstance(part, PythonObject) else part
 
@@ -175,12 +181,15 @@ def _with_effects(scenario: Scenario, stage: str, part: Any, in_place_of: str | 
     return replace(scenario, plant=replace(scenario.plant, effects=kept + chosen))
 
 
-def _with_controller(scenario: Scenario, part: Any) -> Scenario:
-    """Return a scenario with these gains, or with the whole controller of another scenario."""
+def _with_controller(scenario: Scenario, part: Any, allow_code: bool) -> tuple[Scenario, OwnParts]:
+    """Return a scenario with these gains, or with all of another's; and what of it is one's own."""
+    if _is_own(part, TrackingGains, Scenario):
+        return scenario, OwnParts(controller=part)
     if isinstance(part, TrackingGains):
-        return replace(scenario, gains=part, proposed=False, overrides={})
-    other = as_scenario(part)
-    return replace(
+        gains = replace(scenario, gains=part, proposed=False, overrides={})
+        return gains, OwnParts(allocator=scenario.own.allocator)
+    other = as_scenario(part, allow_code=allow_code)
+    whole = replace(
         scenario,
         gains=other.gains,
         allocator=other.allocator,
@@ -188,15 +197,20 @@ def _with_controller(scenario: Scenario, part: Any) -> Scenario:
         proposed=False,
         overrides={},
     )
+    return whole, other.own
 
 
-def _rule(scenario: Scenario, part: Any) -> AllocationRule:
+def _rule(scenario: Scenario, part: Any, allow_code: bool) -> Any:
     """Return a rule: as it is, by its kind with the scenario's weights, or another scenario's."""
     if isinstance(part, AllocationRule):
         return part
     rule = {rule.kind: rule for rule in RULES}.get(part) if isinstance(part, str) else None
     if rule is None:
-        return as_scenario(part).allocator
+        other = as_scenario(part, allow_code=allow_code)
+        if other.own.allocator is None:
+            other.check_rule()
+        return other.own.allocator or other.allocator
+    scenario.check_rule()
     old = scenario.allocator
     names = {one.name for one in fields(rule)} & {one.name for one in fields(old)}
     missing = [one.name for one in fields(rule) if one.default is MISSING and one.name not in names]
@@ -206,12 +220,12 @@ def _rule(scenario: Scenario, part: Any) -> AllocationRule:
     return rule(**{name: getattr(old, name) for name in names})
 
 
-def _reference(part: Any) -> Reference:
+def _reference(part: Any, allow_code: bool) -> Reference:
     """Return a reference: as it is, that of a scenario, or the poses of a CSV file."""
     if isinstance(part, PythonObject):
         part = part.built()
     elif isinstance(part, Scenario):
         part = part.reference
     elif isinstance(part, str | os.PathLike) and not os.fspath(part).endswith(".csv"):
-        part = as_scenario(part).reference
+        part = as_scenario(part, allow_code=allow_code).reference
     return as_reference("fly", part)

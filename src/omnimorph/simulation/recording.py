@@ -111,12 +111,15 @@ class Logs:
     ----------
     control_steps : int
         How many there may be, the row of the end included.
+    rows : int
+        Of the run of the whole flight.
     vehicle : Vehicle
         Of the flight.
     """
 
-    def __init__(self, control_steps: int, vehicle: Vehicle) -> None:
-        self._control_steps = control_steps
+    def __init__(self, control_steps: int, rows: int, vehicle: Vehicle) -> None:
+        self._control_steps, self._rows_of_run = control_steps, rows
+        self._bytes_of_run = 0  # that all logs take there
         self._taken = names_taken(Run) | {*sizes_of(vehicle)}
         self._rows: dict[str, FloatArray] = {}
         self._units: dict[str, str] = {}
@@ -131,13 +134,15 @@ class Logs:
             If they are none, if they had another shape or unit before, or if a run cannot have a
             column of this name.
         """
+        if not isinstance(name, str):
+            raise ScenarioError.at("the flight", "name of a log", name, "a text")
         numbers = _as_log(name, value)
         if name not in self._rows:
             column = LoggedColumn(numbers[np.newaxis], unit)
             checked({name: column}, 1, self._taken)
-            refuse_more_than_memory(
-                f"the flight: its log {name}", 8 * self._control_steps * numbers.size, "log less"
-            )
+            self._bytes_of_run += 8 * self._rows_of_run * numbers.size
+            needed = 8 * self._control_steps * numbers.size + self._bytes_of_run
+            refuse_more_than_memory("the flight: its logs", needed, "log less")
             self._rows[name] = np.full((self._control_steps, *numbers.shape), np.nan)
             self._units[name] = unit
             self._logged[name] = np.zeros(self._control_steps, dtype=bool)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import AllocationRule
+from omnimorph.control.allocators import AllocationRule, FixedTilt
 from omnimorph.control.capability import usable_lateral_force
 from omnimorph.control.controller import PoseController, core_settings
 from omnimorph.control.tracking import TrackingGains
@@ -19,7 +19,7 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import record_of
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import MISSING, ScenarioError
 from omnimorph.model.core import as_tilt
 from omnimorph.protocols import FloatArray, Reference
 from omnimorph.reference.samples import as_reference
@@ -33,6 +33,8 @@ LOST_BEYOND = Range(1e-6, 1e9)
 """In m."""
 TILTS_DEG = Range(-1e5, 1e5)
 """In degrees; the limits of the servos are mostly narrower."""
+NO_RULE = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
+"""Of a scenario whose file names a controller or an allocator of one's own in place of a rule."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -199,8 +201,27 @@ class Scenario:
             allowed=refused.allowed,
         )
 
+    def check_rule(self) -> None:
+        """Refuse a scenario without an allocation rule, as its file names one's own instead.
+
+        Raises
+        ------
+        ScenarioError
+            If it has none.
+        """
+        if self.own.given().keys() & {"controller", "allocator"} and self.allocator == NO_RULE:
+            allowed = "a rule with its weights here, as its file names an object in Python instead"
+            raise ScenarioError.at(self.name, "controller.allocator", MISSING, allowed)
+
     def build_controller(self) -> PoseController:
-        """Return the scenario's controller, to be stepped from Python."""
+        """Return the scenario's controller of the core, to be stepped from Python.
+
+        Raises
+        ------
+        ScenarioError
+            If its file names a controller or an allocator of one's own instead.
+        """
+        self.check_rule()
         return PoseController(
             self.vehicle,
             self.gains,

@@ -39,12 +39,11 @@ from functools import partial
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
-from omnimorph.control.allocators import FixedTilt
 from omnimorph.control.rules import RULES
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.documents import (
@@ -65,7 +64,7 @@ from omnimorph.reference.segments import Segment, SegmentReference, segments_fro
 from omnimorph.simulation.own_parts import OwnParts, PythonObject
 from omnimorph.simulation.plant_files import built_of, list_plants, load_plant, plant_of_table
 from omnimorph.simulation.proposed import Controller, overridden, proposed_controller
-from omnimorph.simulation.scenario import Scenario
+from omnimorph.simulation.scenario import NO_RULE, Scenario
 from omnimorph.simulation.scenario_schema import ScenarioFile
 from omnimorph.units import to_SI
 
@@ -84,8 +83,6 @@ ScenarioLike = Scenario | str | os.PathLike[str]
 Document = dict[str, Any]
 _RULES = {rule.kind: rule for rule in RULES}
 _MOST_BASES = 8
-_NONE = FixedTilt(W1=1.0, W2_position=(1.0,) * 3, W2_attitude=(1.0,) * 3, W3=0.0)
-"""The rule of a scenario whose controller or allocator is one's own: it is never asked."""
 
 
 def list_scenarios() -> list[str]:
@@ -283,7 +280,7 @@ def _stated(controller: Any) -> Controller:
     if rule.kind != "python":
         return TrackingGains.from_file(controller), _RULES[rule.kind].from_file(rule)
     gains = TrackingGains.from_file(controller) if rule is not controller else TrackingGains()
-    return gains, _NONE
+    return gains, NO_RULE
 
 
 def _own_parts(
@@ -312,9 +309,9 @@ def _python_object(table: Any, key: str, file: str, folder: Path, allow_code: bo
 
 def _reference_from(content: Any, file: str, folder: Path, allow_code: bool) -> Reference:
     if content.kind == "python":
-        whole = _python_object(content, "reference", file, folder, allow_code).built()
-    else:
-        whole = _whole_reference(content, folder)
+        part: Any = _python_object(content, "reference", file, folder, allow_code).built()
+        return cast(Reference, part)
+    whole = _whole_reference(content, folder)
     return PoseOnly(whole) if content.pose_only else whole
 
 

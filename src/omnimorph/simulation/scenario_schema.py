@@ -136,13 +136,7 @@ class Samples(ReferenceTable):
     file: str = Field(min_length=1, description="the name of a CSV file")
 
 
-class PythonReference(PythonTable, ReferenceTable):
-    """``[reference]`` of one's own."""
-
-
-AnyReference = Annotated[
-    Segments | Waypoints | Samples | PythonReference, Field(discriminator="kind")
-]
+AnyReference = Annotated[Segments | Waypoints | Samples | PythonTable, Field(discriminator="kind")]
 
 
 def _table_or_name(value: Any) -> str:

@@ -9,17 +9,18 @@ import numpy as np
 
 from omnimorph import _core
 from omnimorph.arrays import as_numbers
-from omnimorph.errors import ScenarioError
+from omnimorph.errors import ScenarioError, shown
 from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
 from omnimorph.simulation.core_settings import CoreSettings
-from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, described
+from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, named
 from omnimorph.simulation.scenario import Scenario
 
 __all__ = ["NO_PUSH", "Stages", "at_steps_of", "six_numbers"]
 
 NO_PUSH = np.zeros(6)
+NO_PUSH.flags.writeable = False  # every flight hands out this one
 _NOT_ASKED = np.full(6, np.nan)
 _UNKNOWN = np.zeros(0)  # thrusts that a plant does not say
 
@@ -45,7 +46,7 @@ class Stages:
         self._core, self._settings = core, settings
         self._controller, self._vehicle = settings.controller, as_core(scenario.vehicle)
         self._physics_step = scenario.plant.physics_step
-        self._n_rotors = scenario.vehicle.n_rotors
+        self._n_rotors, self._n_servos = scenario.vehicle.n_rotors, scenario.vehicle.n_servos
         self._own: dict[str, Any] = own.given()
         self._engine: Any = self._own.get("plant")
         self._names = {kind: named(kind, part) for kind, part in self._own.items()}
@@ -76,16 +77,23 @@ class Stages:
             failed.refuse()
 
     def change_controller(self, controller: _core.ControllerSettings) -> None:
-        """Go on with another controller of the core."""
+        """Go on with another controller of the core, in place of one of one's own, too."""
         self._controller = controller
+        for kind in ("controller", "allocator"):
+            self._own.pop(kind, None)
+        self._decides_in_core = not self._own.keys() - {"plant", "disturbance"}
 
     def true_state(self) -> State:
         """Return the motion, speeds, tilt and acceleration as they are."""
         all_of_it, n = self._core.truth(), self._n_rotors
         acceleration = all_of_it[18:24]
-        own = getattr(self._engine, "acceleration", None)
+        own = self._read("acceleration")
         if own is not None:
-            acceleration = as_numbers(own)
+            acceleration = as_numbers(own).copy()
+            if acceleration.shape != (6,):
+                allowed = "six numbers, linear in W and angular in B"
+                refused = ScenarioError.at("the plant", "acceleration", own, allowed)
+                raise PartFailed(self._names["plant"], refused)
         return _state(all_of_it, all_of_it[24 : 24 + n], all_of_it[24 + n :], acceleration)
 
     # --- sense, estimate, track, allocate --------------------------------------------------------
@@ -106,10 +114,10 @@ class Stages:
             return []
         logs: list[tuple[str, Log]] = []
         if command is not None:
-            command = _checked(command)
+            command, asked = self._checked(command)  # before a part remembers that it was asked
         row, known = self._estimate(logs)
         if command is not None:
-            self._send(command, _wrench_of(command, _NOT_ASKED))
+            self._send(command, asked)
         elif demand is None and "controller" in own:
             desired = desired_from_row(core.desired())
             self._take(
@@ -127,6 +135,22 @@ class Stages:
             self._pass_on(core.control(row, core.desired()))
         return logs
 
+    def _checked(self, command: Command) -> tuple[Command, FloatArray]:
+        """Return a command that was given, and its wrench; refuse one that cannot be sent."""
+        if not isinstance(command, tuple) or len(command) != 2:
+            raise ScenarioError.at("the flight", "command", command, "an omnimorph.Command")
+        thrust, tilt = (np.atleast_1d(as_numbers(part)) for part in command)
+        if not (np.isfinite(thrust).all() and np.isfinite(tilt).all()):
+            raise ScenarioError.at("the flight", "command", command, "of finite numbers")
+        counts = (self._n_rotors, self._n_servos)
+        for name, part, count in zip(("thrust", "tilt"), (thrust, tilt), counts, strict=True):
+            if part.size != count:
+                raise ScenarioError(
+                    f"the command cannot be used, because {name} has {part.size} numbers, "
+                    f"not {count}."
+                )
+        return Command(thrust, tilt), _wrench_of(command, _NOT_ASKED)
+
     def _estimate(self, logs: list[tuple[str, Log]]) -> tuple[FloatArray, State]:
         """Return the estimated motion, as 18 numbers and as a state."""
         core, true = self._core, self.true_state()
@@ -142,7 +166,8 @@ class Stages:
             measured = _state(row, *extras)
         if "estimator" not in self._own:
             row = core.estimate_from(row)
-            return row, _state(row, measured.speed, measured.tilt, measured.acceleration)
+            names = ("speed", "tilt", "acceleration")
+            return row, _state(row, *(getattr(measured, name, None) for name in names))
         known = self._ask("estimator", self.time, measured, self._last_command())
         row = self._row("estimator", known)
         logs.append((self._names["estimator"], getattr(known, "log", {})))
@@ -164,9 +189,11 @@ class Stages:
         """Send what a part of one's own decided."""
         try:
             self._send(answer, _wrench_of(answer, asked))
-        except ScenarioError as refused:
-            raise PartFailed(self._names[kind], refused) from None
-        logs.append((self._names[kind], getattr(answer, "log", {})))
+            logs.append((self._names[kind], getattr(answer, "log", {})))
+        except PartFailed:  # the plant, which it is sent to
+            raise
+        except FAILURES as error:
+            raise PartFailed(self._names[kind], error) from None
 
     def _send(self, command: Any, asked: FloatArray) -> None:
         """Send a command to the plant; one that is not finite ends the flight.
@@ -181,14 +208,15 @@ class Stages:
             try:
                 self._core.decide(thrust, tilt, asked)
             except TypeError:  # not yet arrays of float64
-                thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
+                thrust, tilt = _array(thrust), _array(tilt)
                 self._core.decide(thrust, tilt, asked)
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
             raise ScenarioError(
                 f"the controller's command cannot be used, because {problem}; it must be {allowed}."
             ) from None
-        self._pass_on(Command(thrust, tilt))
+        if self._engine is not None:
+            self._pass_on(self._core.decided())  # not the arrays of who decided
 
     def _pass_on(self, decided: Any) -> None:
         """Send what was decided to an engine of one's own, too."""
@@ -228,8 +256,8 @@ class Stages:
     def _disturbance(self) -> FloatArray:
         answer = self._ask("disturbance", self.time, self.true_state())
         push = as_numbers(answer)
-        if push.shape != (6,):
-            allowed = "six numbers, force in W and torque in B"
+        if push.shape != (6,) or not (self._engine is None or np.isfinite(push).all()):
+            allowed = "six finite numbers, force in W and torque in B"
             refused = ScenarioError.at("the disturbance", "answer", answer, allowed)
             raise PartFailed(self._names["disturbance"], refused)
         return push
@@ -241,6 +269,13 @@ class Stages:
             return self._own[kind](*arguments)
         except FAILURES as error:
             raise PartFailed(self._names[kind], error) from error
+
+    def _read(self, name: str) -> Any:
+        """Return what an engine of one's own may have, and None where it has none."""
+        try:
+            return getattr(self._engine, name, None)
+        except FAILURES as error:
+            raise PartFailed(self._names["plant"], error) from error
 
     def _ask_engine(self, method: str, *arguments: Any) -> None:
         try:
@@ -265,13 +300,13 @@ class Stages:
         engine, place = self._engine, cast(Any, self._core.place)
         try:
             thrust = getattr(engine, "thrust", None)
-            its: list[Any] = [*engine.motion, engine.speed, engine.tilt, engine.wrench]
+            p, R, v, w = engine.motion
+            its: list[Any] = [p, R, v, w, engine.speed, engine.tilt, engine.wrench]
             its += [_UNKNOWN if thrust is None else thrust, push]
             try:
                 finite = place(*its, steps_later)
             except TypeError:  # not yet arrays of float64
-                arrays = [np.ascontiguousarray(part, dtype=np.float64) for part in its]
-                finite = place(*arrays, steps_later)
+                finite = place(*map(_array, its), steps_later)
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a State, (n,) speeds, (m,) tilts and a (6,) wrench"
             text = f"the plant cannot be flown, because {problem}; it must give {allowed}."
@@ -280,12 +315,6 @@ class Stages:
             raise PartFailed(self._names["plant"], error) from error
         if not finite:
             self._core.end_here(_core.FlightStatus.DIVERGED)
-
-
-def named(kind: str, part: object) -> str:
-    """Return what a message calls a part of one's own: ``controller MyController``."""
-    written = described(part)
-    return f"{kind} {written.get('name', written.get('kind', ''))}".strip()
 
 
 def steps_of(engine: Plant) -> tuple[float, float]:
@@ -317,20 +346,20 @@ def at_steps_of(engine: Any, scenario: Scenario) -> Scenario:
 
 def six_numbers(place: str, name: str, value: object) -> FloatArray:
     """Return six finite numbers: a wrench or an acceleration; refuse anything else."""
-    numbers = as_numbers(value)
+    numbers = as_numbers(value).copy()
     if numbers.shape != (6,) or not np.isfinite(numbers).all():
         allowed = "six finite numbers, linear in W and angular in B"
         raise ScenarioError.at(place, name, value, allowed)
+    numbers.flags.writeable = False  # a part of one's own is given it
     return numbers
 
 
-def _checked(command: Command) -> Command:
-    """Return a command that was given; refuse one that is not finite."""
-    if not isinstance(command, tuple) or len(command) != 2:
-        raise ScenarioError.at("the flight", "command", command, "an omnimorph.Command")
-    if not all(np.isfinite(as_numbers(part)).all() for part in command):
-        raise ScenarioError.at("the flight", "command", command, "of finite numbers")
-    return command
+def _array(part: object) -> FloatArray:
+    """Return numbers as the core takes them; raise `ValueError` for what is none."""
+    array = np.asarray(part)
+    if part is None or array.dtype.kind not in "biufO":
+        raise ValueError(f"{shown(part)} is not made of real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def _wrench_of(command: Any, otherwise: FloatArray) -> FloatArray:

@@ -153,25 +153,7 @@ def from_SI(value: float, unit: str) -> float: ...
 @overload
 def from_SI(value: NDArray[Any], unit: str) -> NDArray[np.float64]: ...
 def from_SI(value: float | NDArray[Any], unit: str) -> float | NDArray[np.float64]:
-    """Convert a value in SI to `unit`: the inverse of `to_SI`, but for rounding.
-
-    Parameters
-    ----------
-    value : float or array
-        In SI.
-    unit : str
-        A key of `UNITS`.
-
-    Returns
-    -------
-    float or array of float64
-        In `unit`: ``value / UNITS[unit]``.
-
-    Raises
-    ------
-    ValueError
-        If the unit is not in `UNITS`.
-    """
+    """Convert a value in SI to `unit`, ``value / UNITS[unit]``: the inverse of `to_SI`."""
     factor = _factor(unit)
     return value / factor if isinstance(value, np.ndarray) else float(value) / factor
 

@@ -15,7 +15,6 @@ ROOT = Path(__file__).parents[2] / "src"
 EXPLAINED = {
     "a `Vehicle` questions its units when it is made, and what questions them reads one": {
         "omnimorph.design.unit_doubts",
-        "omnimorph.design.unit_warnings",
         "omnimorph.design.vehicle",
     },
     "a server has a guard, made once there is a page, which asks what addresses are its own": {

@@ -13,7 +13,7 @@ import pytest
 from tests.physics.small_vehicles import build_star
 
 import omnimorph as om
-from omnimorph.control.position_first import lateral_force
+from omnimorph.control.capability import lateral_force
 from omnimorph.errors import ScenarioError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.reference.segments import Segment, SegmentReference

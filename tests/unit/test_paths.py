@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import omnimorph as om
 from omnimorph.control.allocators import ExhaustiveTilt
@@ -17,7 +18,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import InputError, ScenarioError
 from omnimorph.report.tables import plant_table
 from omnimorph.simulation.effects import EFFECTS
-from omnimorph.simulation.paths import paths, replaced, replaced_at, value_at
+from omnimorph.simulation.paths import paths, replaced, value_at
 from omnimorph.simulation.plant import PlantModel
 
 E = om.effects
@@ -40,6 +41,10 @@ EVERY_EFFECT = (
 )
 TOUR = om.load_scenario("tour")
 WHOLE = dataclasses.replace(TOUR, plant=PlantModel(effects=EVERY_EFFECT, name="whole"))
+
+
+def replaced_at(scenario: om.Scenario, path: str, value: ArrayLike) -> om.Scenario:
+    return replaced(scenario, {path: value})
 
 
 def is_a_number(hint: Any) -> bool:

@@ -32,7 +32,8 @@ from omnimorph.analysis.vehicle_class import (
 from omnimorph.analysis.wrench_set import force_set
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.model.allocation import as_thrust, tilt_derivative
+from omnimorph.model.allocation import tilt_derivative
+from omnimorph.model.core import as_thrust
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 

@@ -1,25 +1,29 @@
-"""What a vehicle has to spare while it hovers level: what its controller can count on."""
+"""What a vehicle has to spare beside its weight: what its controller can count on."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph.analysis.hover import hover
+from omnimorph.analysis.omnidirectional import inscribed_radius
 from omnimorph.analysis.platform import lateral_reach, lateral_reach_over_tilts
 from omnimorph.analysis.scaling import checked_tilt, searched_range
 from omnimorph.analysis.wrench_set import force_set, moment_set
+from omnimorph.control.allocators import AllocationRule
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
 from omnimorph.model.core import as_tilt
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Capability", "capability", "flown_tilts"]
+__all__ = ["Capability", "capability", "flown_tilts", "lateral_force", "usable_lateral_force"]
 
 _TILTS = 31  # over the range of the servo
+_SHARE = 0.8  # of what it can push sideways; the rest is left to the controller
 _NONE = 1e-6  # × g: an acceleration that counts as none
 
 
@@ -27,28 +31,16 @@ _NONE = 1e-6  # × g: an acceleration that counts as none
 class Capability:
     """The accelerations that a vehicle can add to its weight, level, at one tilt.
 
-    Attributes
-    ----------
-    tilt : (m,) array, rad
-        Of each servo.
-    sideways : float, m/s²
-        To every side, without a moment; where several servos turn, with the best tilts for each.
-    turns : bool
-        Whether several servos turn to push sideways, so that their rate limits come in.
-    vertical : float, m/s²
-        Both up and down, without a moment.
-    angular : (3,) array, rad/s²
-        About each axis of B, either way, while the rotors hold the weight.
-    effort : float, (rad/s)⁴
-        ‖u‖² of hovering, u = w|w|, at the tilt at which it is least.
+    `sideways` is to every side without a moment; where several servos turn, with the best tilts for
+    each side, so that their rate limits come in.
     """
 
-    tilt: FloatArray
-    sideways: float
-    turns: bool
-    vertical: float
-    angular: FloatArray
-    effort: float
+    tilt: FloatArray  # (m,) rad
+    sideways: float  # m/s²
+    turns: bool  # whether several servos turn to push sideways
+    vertical: float  # m/s², both up and down, without a moment
+    angular: FloatArray  # (3,) rad/s², about each axis of B either way, while it holds its weight
+    effort: float  # (rad/s)⁴, ‖u‖² of hovering, u = w|w|, at the tilt at which it is least
 
     @property
     def leans(self) -> bool:
@@ -112,6 +104,26 @@ def capability(vehicle: Vehicle, start_tilt: ArrayLike = 0.0) -> Capability:
         angular=angular,
         effort=float(((thrust / vehicle.thrust_coefficient) ** 2).sum(axis=1).min()),
     )
+
+
+def lateral_force(vehicle: Vehicle, tilt: float | FloatArray) -> float:
+    """Return `lateral_reach`, N; inf if the vehicle hovers in every attitude at this tilt."""
+    if inscribed_radius(vehicle, tilt, zero_moment=True) >= vehicle.mass * GRAVITY:
+        return math.inf
+    return lateral_reach(vehicle, tilt)
+
+
+def usable_lateral_force(vehicle: Vehicle, rule: AllocationRule, tilt: FloatArray) -> float:
+    """Return the sideways force, N, that position-first flight counts on: four fifths of it all.
+
+    At the tilt at which a rule keeps the servos, or at the best of the range that it searches; with
+    the best tilts for each side where several servos turn.
+    """
+    if not rule.turns_servos or vehicle.n_servos == 0:
+        return _SHARE * lateral_force(vehicle, tilt)
+    if vehicle.n_servos > 1:
+        return _SHARE * lateral_reach_over_tilts(vehicle)
+    return _SHARE * max(lateral_force(vehicle, tilt) for tilt in flown_tilts(vehicle))
 
 
 def _vertical(vehicle: Vehicle, tilt: FloatArray) -> float:

@@ -64,13 +64,7 @@ def rotor_lag(vehicle: Vehicle) -> float:
 
 
 def check_times(control_period: float, delay: float) -> None:
-    """Refuse a control period that is not positive, or a negative delay.
-
-    Raises
-    ------
-    ScenarioError
-        If one of them is so, or not finite.
-    """
+    """Refuse a control period that is not positive, or a negative delay, or what is not finite."""
     if control_period not in _PERIODS:
         allowed = f"a positive number of seconds, {_PERIODS}"
         raise ScenarioError.at("the loop", "control_period", control_period, allowed)

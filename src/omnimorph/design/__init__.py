@@ -8,31 +8,15 @@ if TYPE_CHECKING:
     from omnimorph.design.files import list_vehicles, load_vehicle, parse_vehicle, vehicle_text
     from omnimorph.design.vehicle import Source, Vehicle
 
-__all__ = [
-    "Source",
-    "Vehicle",
-    "list_vehicles",
-    "load_vehicle",
-    "parse_vehicle",
-    "vehicle_text",
-]
-
-_HOME = {
-    "Source": "vehicle",
-    "Vehicle": "vehicle",
-    "list_vehicles": "files",
-    "load_vehicle": "files",
-    "parse_vehicle": "files",
-    "vehicle_text": "files",
-}
+__all__ = ["Source", "Vehicle", "list_vehicles", "load_vehicle", "parse_vehicle", "vehicle_text"]
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib import import_module
+    from omnimorph.design import files, vehicle
 
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(vehicle if name in vehicle.__all__ else files, name)
 
 
 def __dir__() -> list[str]:

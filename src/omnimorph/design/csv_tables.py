@@ -26,21 +26,11 @@ _BYTES_OF_A_CHARACTER = 12  # at "1," a number takes 8, and its row a line numbe
 
 
 class CsvTable(NamedTuple):
-    """What a CSV file holds.
+    """What a CSV file holds."""
 
-    Attributes
-    ----------
-    columns : list of str
-        Their names, C of them.
-    rows : (K, C) array
-        Finite numbers.
-    lines : list of int
-        On which line of the file each row ends, counted from 1.
-    """
-
-    columns: list[str]
-    rows: FloatArray
-    lines: list[int]
+    columns: list[str]  # their names, C of them
+    rows: FloatArray  # (K, C) finite numbers
+    lines: list[int]  # on which line of the file each row ends, counted from 1
 
 
 def read_csv_table(
@@ -49,25 +39,12 @@ def read_csv_table(
     limits: Mapping[str, Range],
     error: type[InputError],
 ) -> CsvTable:
-    """Read a CSV file whose first line names its columns; empty lines are left out.
+    """Read a CSV file, of at most 32 MB, whose first line names its columns; skip empty lines.
 
-    Parameters
-    ----------
-    path : str or Path
-        A text file in UTF-8, of at most 32 MB and 500 000 rows.
-    check_columns : callable
-        Called with the names of the first line, to refuse those that cannot be used.
-    limits : mapping of str to Range
-        Of the numbers in each column, in its unit.
-    error : class
-        Which `InputError` to raise.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be read, a column is there twice, a line holds another number of values
-        than the first, or a value is no number within its range: one sentence with the file, line
-        and column.
+    `check_columns` refuses names that cannot be used; `limits` are those of the numbers in each
+    column, in its unit. Raises `error`, with file, line and column, if the file cannot be read, a
+    column is there twice, a line holds another number of values than the first, or a value is no
+    number within its range.
     """
     numbers = array("d")  # a list of lists would take ten times the memory
     lines: list[int] = []

@@ -48,25 +48,9 @@ def record_or_file(
     load: Callable[[str | os.PathLike[str]], Kind],
     error: type[InputError],
 ) -> Kind:
-    """Return a record that an argument is, or that `load` reads by its name or file.
+    """Return a record that the argument `name` is, or that `load` reads by its name or file.
 
-    Parameters
-    ----------
-    value : object
-        The argument.
-    kind : type
-        Of the record.
-    name : str
-        Of the argument, for the message.
-    load : callable
-        Reads the record of a catalogue name or a file.
-    error : class
-        Which `InputError` to raise.
-
-    Raises
-    ------
-    InputError
-        If it is neither a record nor a name or file, and what `load` raises.
+    Anything else is refused with `error`.
     """
     if isinstance(value, kind):
         return value
@@ -87,28 +71,10 @@ def find_document(
     kind: str,
     error: type[InputError],
 ) -> tuple[str, str]:
-    """Find a document in the catalogue or on the disk and read it.
+    """Return what a message should call a document, and its text.
 
-    Parameters
-    ----------
-    name_or_path : str or path
-        A name in the catalogue, which goes first, or the path of a file.
-    catalogue : Traversable
-        Folder of the package with the catalogue's files.
-    kind : str
-        What is looked for, "vehicle" or "scenario", for messages.
-    error : class
-        Which `InputError` to raise.
-
-    Returns
-    -------
-    file, text : str
-        The file as a message should call it, and its text.
-
-    Raises
-    ------
-    InputError
-        If the name is not known, or the file cannot be read or is not text.
+    It is that of the catalogue if a name is known there, else a file; `kind` is what is looked for,
+    such as "vehicle". Raises `error` if there is neither, or the file cannot be read.
     """
     if not isinstance(name_or_path, str | os.PathLike):
         raise error(f"{shown(name_or_path)} is neither the name nor the file of a {kind}.")
@@ -163,29 +129,10 @@ def _depth(document: object) -> int:
 def check_document(
     model: type[Model], document: Mapping[str, Any], file: str | Path, error: type[InputError]
 ) -> Model:
-    """Check a parsed document against a pydantic model.
+    """Return the content of a parsed document, checked against a pydantic model and typed.
 
-    Parameters
-    ----------
-    model : class
-        What the file may contain. The description of a field is what a message says is allowed.
-    document : mapping
-        The parsed TOML.
-    file : str or Path
-        The file, for the message.
-    error : class
-        Which `InputError` to raise.
-
-    Returns
-    -------
-    model
-        The content, checked and typed.
-
-    Raises
-    ------
-    InputError
-        For the first thing that is wrong: an unknown key (with the nearest known one), a missing
-        key, a wrong type, a number that is not finite or not allowed.
+    Raises `error` for the first thing that is wrong: an unknown key (with the nearest known one), a
+    missing key, a wrong type, a number that is not finite or not allowed.
     """
     from pydantic import ValidationError
 

@@ -85,13 +85,7 @@ def load_vehicle(name_or_path: str | os.PathLike[str]) -> Vehicle:
 
 
 def as_vehicle(vehicle: VehicleLike) -> Vehicle:
-    """Return a vehicle that may be given as a name of the catalogue or as a file.
-
-    Raises
-    ------
-    VehicleError
-        As `load_vehicle` does, and if it is anything else.
-    """
+    """Return a vehicle that may be given as `load_vehicle` takes it; refuse anything else."""
     return record_or_file(vehicle, Vehicle, "vehicle", load_vehicle, VehicleError)
 
 

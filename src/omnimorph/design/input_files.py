@@ -21,18 +21,7 @@ def open_input(path: object, refuse: Callable[[str], InputError]) -> BinaryIO:
     """Open a plain file to be read.
 
     A pipe, a device or a folder is refused before it is opened: to read one may take for ever.
-
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    refuse : callable
-        Makes the error of the reason, which is read after "because".
-
-    Raises
-    ------
-    InputError
-        If there is no such file, if it is none, or if it cannot be opened.
+    `refuse` makes the error of the reason, which is read after "because".
     """
     if not isinstance(path, str | os.PathLike):
         raise refuse(f"{shown(path)} is not the path of a file")

@@ -14,8 +14,7 @@ import numpy as np
 from omnimorph.design.checks import LONGEST_LINE
 from omnimorph.design.documents import check_document, parse_toml
 from omnimorph.design.keys import AS_THRUST, FIELDS, FILE_KEYS, OF_VEHICLES, fields_in
-from omnimorph.design.unit_doubts import unit_doubts
-from omnimorph.design.unit_warnings import question_units
+from omnimorph.design.unit_doubts import question_units, unit_doubts
 from omnimorph.design.vehicle import Source, Vehicle
 from omnimorph.design.vehicle_fields import VehicleField
 from omnimorph.errors import MISSING, VehicleError

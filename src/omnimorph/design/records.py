@@ -48,42 +48,19 @@ __all__ = [
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Declaration:
-    """What is declared of one field of a record.
+    """What is declared of one field of a record."""
 
-    Attributes
-    ----------
-    name : str
-        The attribute.
-    unit : str
-        A key of `omnimorph.units.UNITS`, the end of the field's key in files; "" for none.
-    limits : Range or None
-        Of each number, in that unit; None for what is no number.
-    values : sequence
-        All it may be, where that is one of a few texts or whole numbers.
-    allowed : str
-        What is allowed, to be read after "it must be"; the range is stated after it.
-    length : int or None
-        How many numbers a sequence must have; 0 for a field that is a single number.
-    shape : tuple of int or None
-        Of an array; None where the annotation says what the field holds.
-    default
-        In SI, what it is if a file leaves it out; `dataclasses.MISSING` if none may.
-    word : str
-        Its name in files without the unit, where it is not the attribute.
-    hint
-        The type that the class gives the field.
-    """
-
-    name: str = ""
-    unit: str = ""
-    limits: Range | None = None
-    values: Sequence[Any] = ()
-    allowed: str = ""
-    length: int | None = None
-    shape: tuple[int, ...] | None = None
-    default: Any = dataclasses.field(default_factory=lambda: MISSING)  # a plain one would be none
-    word: str = ""
-    hint: Any = None
+    name: str = ""  # the attribute
+    unit: str = ""  # a key of `omnimorph.units.UNITS`, the end of its key in files
+    limits: Range | None = None  # of each number, in that unit; None for what is no number
+    values: Sequence[Any] = ()  # all it may be, if it is one of a few texts or whole numbers
+    allowed: str = ""  # to be read after "it must be"; the range is stated after it
+    length: int | None = None  # of a sequence of numbers; 0 for a single one
+    shape: tuple[int, ...] | None = None  # of an array; None where the hint says what it holds
+    # In SI, what it is if a file leaves it out; MISSING if none may (a plain default would be none)
+    default: Any = dataclasses.field(default_factory=lambda: MISSING)
+    word: str = ""  # its name in files without the unit, where it is not the attribute
+    hint: Any = None  # the type that the class gives it
 
     @functools.cached_property
     def depth(self) -> int:
@@ -172,14 +149,9 @@ def quantity(
     of: type[Declaration] = Declaration,
     **others: Any,
 ) -> Any:
-    """Declare a field that is a number, or several, with a unit in files.
+    """Declare a field that is a number, or several, with a unit in files: see `Declaration`.
 
-    Parameters
-    ----------
-    unit, limits, allowed, **others
-        See `Declaration`; a field without a `default` is required.
-    of : class
-        What keeps the declaration.
+    A field without a `default` is required; `of` is the class that keeps the declaration.
     """
     return field_of(of(unit=unit, limits=limits, allowed=allowed, **others))
 
@@ -187,14 +159,8 @@ def quantity(
 def choice(values: Sequence[Any], allowed: str, *, default: Any = MISSING) -> Any:
     """Declare a field that is one of a few texts or whole numbers, the same in files.
 
-    Parameters
-    ----------
-    values : sequence
-        All it may be, of one type: ``("left", "right")`` or ``range(3, 100, 2)``.
-    allowed : str
-        The same, to be read after "it must be".
-    default
-        A field without one is required.
+    They are of one type, ``("left", "right")`` or ``range(3, 100, 2)``; `allowed` says the same
+    after "it must be". A field without a default is required.
     """
     return field_of(Declaration(values=values, allowed=allowed, default=default))
 

@@ -100,14 +100,8 @@ def _entry(rule: Declaration, default: Any) -> Any:
 def number(limits: Range, allowed: str, default: Any = ...) -> Any:
     """Declare a field of a table that is a number, or several, each within a range.
 
-    Parameters
-    ----------
-    limits : Range
-        In the unit at the end of the key.
-    allowed : str
-        What is allowed, to be read after "it must be"; the range is stated after it.
-    default
-        A field without one is required.
+    The range is in the unit at the end of the key; a message states it after what is `allowed`. A
+    field without a default is required.
     """
     return _entry(Declaration(limits=limits, allowed=allowed), default)
 

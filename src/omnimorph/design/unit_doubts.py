@@ -15,17 +15,19 @@ them, or two, may be in another unit so that all is usual.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from omnimorph.errors import UnlikelyUnitWarning, legible, shown
 from omnimorph.units import SPEED_SLIPS, SPEED_UNITS
 
 if TYPE_CHECKING:
     from omnimorph.design.vehicle import Vehicle
 
-__all__ = ["USUAL_KAPPA", "Explanation", "UnitDoubt", "largest_radius", "unit_doubts"]
+__all__ = ["USUAL_KAPPA", "UnitDoubt", "largest_radius", "question_units", "unit_doubts"]
 
 USUAL_KAPPA = (0.005, 0.05)
 """Torque over force of propellers from 4 to 30 inches, m."""
@@ -33,6 +35,7 @@ USUAL_KAPPA = (0.005, 0.05)
 Explanation = tuple[tuple[str, str], ...]
 """Attributes, and what each looks: ``("speed_max", "like rpm")``."""
 
+_LONGEST = 1000  # characters of a warning
 _FASTEST_TIP = 300.0  # m/s
 _GRAVITY, _AIR = 9.81, 1.225  # m/s², kg/m³
 # Each pair: what is not questioned, and what another unit must come to, to be likely.
@@ -54,24 +57,12 @@ _TORQUE_PER = {"Hz": "N m/Hz²", "rpm": "N m/rpm²", "rad_per_s": "N m s²/rad²
 
 
 class UnitDoubt(NamedTuple):
-    """A number that is probably in another unit.
+    """A number that is probably in another unit."""
 
-    Attributes
-    ----------
-    attribute : str
-        Of `Vehicle`.
-    number : int or None
-        Of the rotor or servo; None for what the vehicle has once.
-    why : str
-        What follows from the number.
-    explanations : tuple of Explanation
-        One way or another in which it would be usual; empty if no unit explains it.
-    """
-
-    attribute: str
-    number: int | None
-    why: str
-    explanations: tuple[Explanation, ...]
+    attribute: str  # of `Vehicle`
+    number: int | None  # of the rotor or servo; None for what the vehicle has once
+    why: str  # what follows from the number
+    explanations: tuple[Explanation, ...]  # how it would be usual; empty if no unit explains it
 
 
 def largest_radius(vehicle: Vehicle) -> float | None:
@@ -269,6 +260,39 @@ def _of_tilt(vehicle: Vehicle, said: str) -> Iterator[UnitDoubt]:
             unit = "rad" if in_file else "degrees"
             yield UnitDoubt(attribute, servo, why, _like(attribute, [unit]))
             return
+
+
+def question_units(
+    doubts: Iterable[UnitDoubt],
+    place: Callable[[str, int | None], tuple[str, Any]],
+    name: Callable[[str], str],
+) -> None:
+    """Warn of numbers that are in doubt, in one sentence each.
+
+    `place` returns where an attribute, of a rotor or servo, stands and what is written there;
+    `name` what an attribute is called in the sentence.
+    """
+    for doubt in doubts:
+        where, value = place(doubt.attribute, doubt.number)
+        likely = _likeness(doubt, name) or "check its unit"
+        sentence = f"{where} is {shown(value)}: {doubt.why}; {likely}."
+        warnings.warn(legible(sentence, _LONGEST), UnlikelyUnitWarning, stacklevel=4)
+
+
+def _likeness(doubt: UnitDoubt, name: Callable[[str], str]) -> str:
+    """Return what the number looks like, and others with it; one way or another."""
+    ways = doubt.explanations
+    if all(len(way) == 1 and way[0][0] == doubt.attribute for way in ways):
+        likeness = " or ".join(likeness for ((_, likeness),) in ways)
+        return f"it looks {likeness}" if likeness else ""
+    return ", or ".join(_explained(doubt.attribute, way, name) for way in ways)
+
+
+def _explained(attribute: str, way: Explanation, name: Callable[[str], str]) -> str:
+    (first, likeness), *others = way
+    parts = [f"{'it' if first == attribute else name(first)} looks {likeness}"]
+    parts += [f"{name(other)} {likeness}" for other, likeness in others]
+    return " and ".join(filter(None, [", ".join(parts[:-1]), parts[-1]]))
 
 
 def _lift(vehicle: Vehicle) -> float:

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 
 from omnimorph.design.checks import Checks, Source, read_only
 from omnimorph.design.ranges import UNIT_VECTOR, Range
-from omnimorph.design.unit_doubts import unit_doubts
-from omnimorph.design.unit_warnings import question_units
+from omnimorph.design.unit_doubts import question_units, unit_doubts
 from omnimorph.design.vehicle_fields import (
     VehicleField,
     as_text,

@@ -47,25 +47,14 @@ class VehicleField(Declaration):
     vector, ``(3, 3)`` for a matrix that a file may give by its diagonal, None for names. What has a
     `default` Python may leave out too, and a file is written without it. Without limits, files hold
     it as words.
-
-    Attributes
-    ----------
-    table : str
-        Where it stands in a file: ``rotor``, ``servo``, ``filter``, or "" for the top.
-    in_file
-        In SI, what it is if a file leaves it out, where Python may not; `dataclasses.MISSING` if
-        neither may.
-    in_core : bool
-        Whether the core is given it.
-    thrust_limits : Range or None
-        Of a limit of the speed: in N, if a file gives it as a thrust.
     """
 
     shape: tuple[int, ...] | None = ()
-    table: str = ""
+    table: str = ""  # where it stands in a file: rotor, servo, filter, or "" for the top
+    # In SI, what it is if a file leaves it out, where Python may not; MISSING if neither may.
     in_file: Any = dataclasses.field(default_factory=lambda: MISSING)
-    in_core: bool = False
-    thrust_limits: Range | None = None
+    in_core: bool = False  # whether the core is given it
+    thrust_limits: Range | None = None  # of a limit of the speed: in N, if given as a thrust
 
     @property
     def is_optional(self) -> bool:

@@ -31,17 +31,8 @@ def vehicle_text(vehicle: Vehicle) -> str:
     """Return a vehicle as TOML that `omnimorph.design.parse_vehicle` reads.
 
     Numbers that all rotors share stand in ``[rotor_defaults]``. Limits are written as speeds, also
-    where they were read as thrusts.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any vehicle.
-
-    Returns
-    -------
-    str
-        TOML. Reading it gives an equal vehicle, as the head of this module explains.
+    where they were read as thrusts. Reading it gives an equal vehicle, as the head of this module
+    explains.
     """
     text = _written_before.get(vehicle)  # a vehicle never changes, and every run holds its text
     if text is None:

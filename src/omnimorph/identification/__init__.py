@@ -10,10 +10,15 @@
 
 from __future__ import annotations
 
-from omnimorph.identification.assembly import assemble
 from omnimorph.identification.bench_data import BenchData, read_bench
-from omnimorph.identification.inertia import Box, Cylinder, MassProperties, PointMass
-from omnimorph.identification.parts_file import load_parts
+from omnimorph.identification.inertia import (
+    Box,
+    Cylinder,
+    MassProperties,
+    PointMass,
+    assemble,
+    load_parts,
+)
 from omnimorph.identification.rotor_fit import RotorFit, fit_rotor
 
 __all__ = [

@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omnimorph.arrays import as_numbers
 from omnimorph.design.csv_tables import read_csv_table
 from omnimorph.design.documents import record_or_file
 from omnimorph.design.ranges import Range
@@ -89,10 +90,7 @@ class BenchData:
             raise InputError.at(self.source, key, f"{self.time[row + 1]:g} s", allowed)
 
     def _checked(self, name: str, value: ArrayLike) -> FloatArray:
-        try:
-            array = np.array(value, dtype=np.float64)
-        except (TypeError, ValueError, OverflowError):
-            array = np.array(np.nan)
+        array = as_numbers(value).copy()
         limits = _RANGES[name]
         if array.ndim != 1 or not ((array >= limits.least) & (array <= limits.most)).all():
             allowed = f"one row of finite numbers {limits} in SI"
@@ -109,13 +107,7 @@ BenchLike = BenchData | str | os.PathLike[str]
 
 
 def as_bench(bench: BenchLike) -> BenchData:
-    """Return bench data that may be given as a CSV file.
-
-    Raises
-    ------
-    InputError
-        As `read_bench` does, and if it is anything else.
-    """
+    """Return bench data that may be given as `read_bench` takes them; refuse anything else."""
     return record_or_file(bench, BenchData, "bench", read_bench, InputError)
 
 

@@ -84,21 +84,9 @@ class CoefficientFit:
 def fit_coefficient(
     square: FloatArray, measured: FloatArray, sides: tuple[NDArray[np.bool_], ...]
 ) -> CoefficientFit:
-    """Fit ``measured = c · square``.
+    """Fit ``measured = c · square``: force (N) or torque (N m) to w|w| (rad²/s²), (K,) arrays.
 
-    Parameters
-    ----------
-    square : (K,) array, rad²/s²
-        w|w| of each row.
-    measured : (K,) array
-        Force (N) or torque (N m).
-    sides : (forward, reverse), (K,) arrays of bool
-        Which rows turn which way; a side without a row in it is not fitted.
-
-    Returns
-    -------
-    CoefficientFit
-        In the unit of `measured` times s²/rad².
+    The sides, forward and reverse, say which rows turn which way; one without a row is not fitted.
     """
     moving = sides[0] | sides[1]
     outlier = np.zeros(len(square), dtype=bool)

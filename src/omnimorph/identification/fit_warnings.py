@@ -26,18 +26,9 @@ def fit_warnings(
     felt: bool,
     steps: Sequence[StepFit],
 ) -> tuple[str, ...]:
-    """Return the sentences; none if nothing is to be said.
+    """Return the sentences on what was fitted to a run; none if nothing is to be said.
 
-    Parameters
-    ----------
-    bench : BenchData
-        The run.
-    thrust, drag : CoefficientFit
-        Fitted to it.
-    felt : bool
-        Whether the torque was turned round.
-    steps : sequence of StepFit
-        Those that were fitted.
+    `felt` says whether the torque was turned round.
     """
     square = bench.speed * np.abs(bench.speed)
     torque = -bench.torque if felt else bench.torque

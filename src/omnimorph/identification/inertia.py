@@ -2,23 +2,48 @@
 
 Each part has an inertia J_P about its own centre, in its own axes. With its orientation R_BP and
 its place p from the common centre of mass, it adds ``R J_P Rᵀ + m (|p|² 1 − p pᵀ)``: Steiner.
+
+Parts may stand in a TOML file::
+
+    [[part]]
+    kind = "box"                          # or "cylinder", "point"
+    mass_kg = 0.45
+    size_m = [0.12, 0.08, 0.03]
+    position_m = [0.0, 0.0, 0.01]         # of its centre; the origin if left out
+    orientation_deg = [0.0, 0.0, 45.0]    # roll, pitch, yaw; none if left out
+    name = "battery"                      # for you
 """
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import cache, reduce
+from operator import or_
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
+from omnimorph.design.documents import check_document, parse_toml
+from omnimorph.design.input_files import read_text
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["PARTS", "Box", "Cylinder", "MassProperties", "Part", "PointMass"]
+__all__ = [
+    "PARTS",
+    "Box",
+    "Cylinder",
+    "MassProperties",
+    "Part",
+    "PartsLike",
+    "PointMass",
+    "assemble",
+    "load_parts",
+]
 
 _MASS = "a positive number of kilograms"
 _PLACE = "three finite numbers [x, y, z] in metres"
@@ -151,6 +176,102 @@ class MassProperties:
         """Whether every principal moment is positive, as a vehicle needs."""
         moments = np.linalg.eigvalsh(self.inertia)
         return bool(moments[0] > 1e-12 * moments[-1])
+
+
+PartsLike = Sequence[Part] | str | os.PathLike[str]
+"""Parts, or the file of them."""
+
+
+def assemble(parts: PartsLike) -> MassProperties:
+    """Return mass, centre of mass and inertia of parts that are fixed to one another.
+
+    Parameters
+    ----------
+    parts : sequence of Box, Cylinder or PointMass, str or path
+        At least one, all placed in the same axes; or the file of `load_parts` that holds them.
+
+    Returns
+    -------
+    MassProperties
+        ``Σ R J_P Rᵀ + m (|p|² 1 − p pᵀ)``, p from the common centre of mass.
+
+    Raises
+    ------
+    InputError
+        If there is no part, or what is given is none.
+
+    Examples
+    --------
+    A dumbbell: two masses of 1 kg, 2 m apart, which has no inertia about its own line.
+
+    >>> from omnimorph.identification import PointMass
+    >>> ends = [PointMass(mass=1.0, position=(x, 0.0, 0.0)) for x in (0.0, 2.0)]
+    >>> body = assemble(ends)
+    >>> body.mass, body.centre.tolist(), body.inertia.diagonal().tolist(), body.is_solid
+    (2.0, [1.0, 0.0, 0.0], [0.0, 2.0, 2.0], False)
+    """
+    body = load_parts(parts) if isinstance(parts, str | os.PathLike) else parts
+    if not isinstance(body, Sequence) or not all(isinstance(part, PARTS) for part in body):
+        allowed = "a sequence of Box, Cylinder or PointMass, or the file of one"
+        raise InputError.at("the call", "parts", body, allowed)
+    if not body:
+        raise InputError("there are no parts, but there must be one or more.")
+    masses = np.array([part.mass for part in body])
+    positions = np.array([part.position for part in body])
+    inertia = np.zeros((3, 3))
+    centre = masses @ positions / masses.sum()
+    for part, p in zip(body, positions - centre, strict=True):
+        inertia += part.own_inertia() + part.mass * (p @ p * np.eye(3) - np.outer(p, p))
+    return MassProperties(mass=float(masses.sum()), centre=centre, inertia=inertia)
+
+
+def load_parts(path: str | os.PathLike[str]) -> list[Part]:
+    """Load the parts of a TOML file.
+
+    Parameters
+    ----------
+    path : str or path
+        A file of ``[[part]]`` tables, see the head of this module.
+
+    Returns
+    -------
+    list of Box, Cylinder or PointMass
+        In SI, in the order of the file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or a key or value in it cannot be used: one sentence with the
+        file, the key, the value and what is allowed.
+    """
+    text, file = read_text(path, InputError), os.fsdecode(path)
+    document = parse_toml(text, file, InputError)
+    content = check_document(_file_model(), document, file, InputError)
+    kinds = {kind.kind: kind for kind in PARTS}
+    parts = []
+    for index, table in enumerate(content.part):
+        try:
+            parts.append(kinds[table.kind].from_file(table))
+        except InputError as refused:
+            raise InputError(f"{file}: part[{index}], a {refused}", file=file) from None
+    return parts
+
+
+@cache
+def _file_model() -> Any:
+    from pydantic import ConfigDict, Field, create_model
+
+    from omnimorph.design.tables import file_model
+
+    text = (str | None, Field(default=None, description="text"))
+    tables = []
+    for kind in PARTS:
+        word: Any = Literal[kind.kind]
+        tables.append(file_model(kind, kind=(word, ...), name=text))
+    one_of: Any = Annotated[reduce(or_, tables), Field(discriminator="kind")]
+    parts = Field(min_length=1, description="tables, written [[part]], one or more")
+    settings = ConfigDict(extra="forbid", strict=True)
+    return create_model("PartsFile", __config__=settings, part=(list[one_of], parts))
 
 
 def _turned(inertia: FloatArray, orientation: Sequence[float]) -> FloatArray:

@@ -66,22 +66,10 @@ class StepFit:
 def fit_steps(
     time: FloatArray, speed: FloatArray, command: FloatArray, source: str = "the bench data"
 ) -> tuple[StepFit, ...]:
-    """Fit every step of the command that can be fitted.
+    """Fit every step of the command that can be fitted, by time (s) and speeds (rad/s), (K,) each.
 
-    Parameters
-    ----------
-    time : (K,) array, s
-        Increasing.
-    speed, command : (K,) arrays, rad/s
-        What was measured, and what was asked for.
-    source : str
-        What messages call the data.
-
-    Returns
-    -------
-    tuple of StepFit
-        One a step. Steps through zero, those with fewer than 8 rows, or fewer than 3 within the
-        time constant, and those whose interval reaches zero are left out.
+    Steps through zero, those with fewer than 8 rows, or fewer than 3 within the time constant, and
+    those whose interval reaches zero are left out.
 
     Raises
     ------

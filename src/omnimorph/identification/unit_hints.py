@@ -23,21 +23,10 @@ _FORCE_UNITS = {"gf": 9.80665e-3, "kgf": 9.80665, "lbf": 4.44822}
 
 
 def check_ratio(path: str, first: str, second: str, ratio: float) -> None:
-    """Refuse two columns whose speeds differ by the factor between two units.
+    """Refuse two columns whose speeds differ, within 5 %, by the factor between two units.
 
-    Parameters
-    ----------
-    path : str
-        For the message.
-    first, second : str
-        Names of the columns, the unit at the end.
-    ratio : float
-        How many times the second the first is, both converted as their names say.
-
-    Raises
-    ------
-    InputError
-        If the ratio is within 5 % of such a factor: the units the numbers look like.
+    `ratio` says how many times the second the first is, both converted as the units at the end of
+    their names say. The refusal names the units that the numbers look like.
     """
     suspects = []
     if not 0.0 < ratio < math.inf:  # one of them rests all the time
@@ -59,20 +48,8 @@ def check_expected(
 ) -> None:
     """Refuse coefficients that differ from those expected by the factor of a wrong unit.
 
-    Parameters
-    ----------
-    source : str
-        For the message.
-    thrust, drag : float, N s²/rad² and N m s²/rad²
-        As fitted.
-    thrust_expected, drag_expected : float, the same units
-        What was expected, the second None if that is not known.
-
-    Raises
-    ------
-    InputError
-        If the ratio is within 35 % of the square of a factor between units of speed, or of the
-        factor of a unit of force: the unit that the numbers look like.
+    All are in SI. They do if the ratio is within 35 % of the square of a factor between units of
+    speed, or of the factor of a unit of force; the refusal names the unit that is likely.
     """
     ratio = thrust / thrust_expected
     drag_ratio = ratio if drag_expected is None else drag / drag_expected
@@ -105,13 +82,8 @@ def _alike(found: float, factor: float) -> bool:
 def torque_hint(drag_to_thrust: float) -> str:
     """Return a sentence on a torque that does not fit its force, "" if it does.
 
-    Torque over force, κ = c_τ/c_f, is a length that grows with the propeller: 0.005 to 0.05 m for
-    those of 4 to 30 inches. The unit of the speed does not change it.
-
-    Parameters
-    ----------
-    drag_to_thrust : float, m
-        κ as fitted.
+    Torque over force, κ = c_τ/c_f, is a length, m, that grows with the propeller: 0.005 to 0.05 m
+    for those of 4 to 30 inches. The unit of the speed does not change it.
     """
     low, high = USUAL_KAPPA
     if low <= drag_to_thrust <= high:

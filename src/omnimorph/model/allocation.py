@@ -6,20 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from omnimorph import _core
-from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.vehicle import Vehicle
-from omnimorph.errors import VehicleError
-from omnimorph.model.core import as_core, as_tilt
+from omnimorph.model.core import as_core, as_thrust, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "allocation_matrix",
-    "as_thrust",
-    "full_allocation_matrix",
-    "rotor_speed",
-    "tilt_derivative",
-]
+__all__ = ["allocation_matrix", "full_allocation_matrix", "rotor_speed", "tilt_derivative"]
 
 
 def allocation_matrix(vehicle: VehicleLike, tilt: ArrayLike) -> FloatArray:
@@ -63,21 +55,9 @@ def allocation_matrix(vehicle: VehicleLike, tilt: ArrayLike) -> FloatArray:
 
 
 def tilt_derivative(vehicle: Vehicle, thrust: ArrayLike, tilt: ArrayLike) -> FloatArray:
-    """Return ∂(A(α) f)/∂α: how the wrench changes with the angle of each servo.
+    """Return ∂(A(α) f)/∂α, how the wrench changes with the angle of each servo: (6, m) array.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        With n rotors and m servos.
-    thrust : (n,) array, N
-        Thrusts f.
-    tilt : float or (m,) array, rad
-        Angles α.
-
-    Returns
-    -------
-    (6, m) array
-        N/rad, then N m/rad, in B.
+    N/rad, then N m/rad, in B, of thrusts f, (n,) N, at angles α, one or (m,) rad.
     """
     f = as_thrust(vehicle, thrust)
     return _core.tilt_derivative(as_core(vehicle), f, as_tilt(vehicle, tilt))
@@ -108,21 +88,6 @@ def full_allocation_matrix(vehicle: VehicleLike, thrust: ArrayLike, tilt: ArrayL
     vehicle = as_vehicle(vehicle)
     columns = (allocation_matrix(vehicle, tilt), tilt_derivative(vehicle, thrust, tilt))
     return np.hstack(columns)
-
-
-def as_thrust(vehicle: Vehicle, thrust: ArrayLike) -> FloatArray:
-    """Return one finite thrust, N, for each rotor: (n,) array.
-
-    Raises
-    ------
-    VehicleError
-        If it is anything else.
-    """
-    f = as_numbers(thrust)
-    if f.shape != (vehicle.n_rotors,) or not np.isfinite(f).all():
-        allowed = f"one finite number of newtons for each of the {vehicle.n_rotors} rotors"
-        raise VehicleError.at(f"vehicle {vehicle.name}", "thrust", thrust, allowed)
-    return f
 
 
 def rotor_speed(vehicle: Vehicle, thrust: FloatArray) -> FloatArray:

@@ -88,18 +88,22 @@ def as_tilt(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     return angles
 
 
-def as_thrust(vehicle: Vehicle, thrust: ArrayLike, place: str, name: str) -> FloatArray:
+def as_thrust(
+    vehicle: Vehicle, thrust: ArrayLike, place: str = "", name: str = "thrust"
+) -> FloatArray:
     """Return one thrust for each rotor, N; a refusal says where it stands and what it is called.
 
     Raises
     ------
-    ScenarioError
-        If they are not that many finite numbers.
+    VehicleError
+        If they are not that many finite numbers; ScenarioError with a place.
     """
     thrusts = as_numbers(thrust)
     if thrusts.shape != (vehicle.n_rotors,) or not np.isfinite(thrusts).all():
-        allowed = f"{vehicle.n_rotors} finite numbers of newtons"
-        raise ScenarioError.at(place, name, thrust, allowed)
+        n = vehicle.n_rotors
+        allowed = f"{n} finite numbers of newtons, one for each of the {n} rotors"
+        error = ScenarioError if place else VehicleError
+        raise error.at(place or f"vehicle {vehicle.name}", name, thrust, allowed)
     return thrusts
 
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from omnimorph import _core
 from omnimorph.design.vehicle import Vehicle
+from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import FloatArray, State
 
@@ -19,25 +20,9 @@ GRAVITY = 9.81
 def wrench_for(vehicle: Vehicle, state: State, wanted: ArrayLike) -> FloatArray:
     """Return the wrench that gives an acceleration: Newton and Euler's equations, solved for it.
 
-    ``f_B = m Rᵀ(p̈ + g e3)`` and ``τ_B = J ω̇ + ω × Jω``.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Mass and inertia.
-    state : State
-        Attitude and body rate are used.
-    wanted : (6,) array
-        Linear acceleration (m/s², in W), then angular acceleration (rad/s², in B).
-
-    Returns
-    -------
-    (6,) array
-        Force (N), then torque about the centre of mass (N m), in B.
-
-    Notes
-    -----
-    Aboudorra et al. 2024, eq. (3).
+    ``f_B = m Rᵀ(p̈ + g e3)`` and ``τ_B = J ω̇ + ω × Jω`` (Aboudorra et al. 2024, eq. (3)): force (N),
+    then torque about the centre of mass (N m), (6,), in B. The acceleration that is `wanted` is
+    linear (m/s², in W), then angular (rad/s², in B), (6,).
     """
     try:
         return _core.wrench_for(as_core(vehicle), state, wanted)
@@ -52,8 +37,6 @@ def hover_thrust(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
     ``f_i = m g / Σ e3·z_i(α)``; with the tilt at which no rotor lifts there is none, and the answer
     is zero.
     """
-    from omnimorph.model.allocation import allocation_matrix
-
     lift = float(allocation_matrix(vehicle, tilt)[2].sum())
     equal = vehicle.mass * GRAVITY / lift if abs(lift) > 1e-9 else 0.0
     thrust: FloatArray = np.full(vehicle.n_rotors, equal)

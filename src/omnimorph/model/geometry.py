@@ -23,14 +23,6 @@ def propeller_radius(vehicle: Vehicle) -> float:
 
 
 def thrust_axes(vehicle: Vehicle, tilt: ArrayLike) -> FloatArray:
-    """Return the unit thrust axes in B at a tilt, (n, 3): the forces per newton of thrust.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Any.
-    tilt : float or (m,) array, rad
-        Of all servos, or of each.
-    """
+    """Return the unit thrust axes in B at a tilt, rad, (n, 3): the forces per newton of thrust."""
     axes: FloatArray = np.ascontiguousarray(allocation_matrix(vehicle, tilt)[:3].T)
     return axes

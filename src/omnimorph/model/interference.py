@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from omnimorph import _core
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import VehicleError
-from omnimorph.model.allocation import as_thrust, rotor_speed
-from omnimorph.model.core import as_core, as_tilt
+from omnimorph.model.allocation import rotor_speed
+from omnimorph.model.core import as_core, as_thrust, as_tilt
 from omnimorph.protocols import FloatArray
 
 __all__ = ["WAKE_MODELS", "WakeModel", "stacked_pairs", "thrust_lost"]

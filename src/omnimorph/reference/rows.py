@@ -87,12 +87,7 @@ def rotation_from_quaternion(quaternion_wxyz: FloatArray) -> FloatArray:
 def relative_rotation(first_wxyz: FloatArray, second_wxyz: FloatArray) -> tuple[FloatArray, float]:
     """Return axis (unit, in W) and angle (rad, 0 to π) that turn one attitude into another.
 
-    The rotation is R_second R_firstᵀ; the axis of no rotation at all is z.
-
-    Parameters
-    ----------
-    first_wxyz, second_wxyz : (4,) array
-        Unit quaternions of the attitudes.
+    The rotation is R_second R_firstᵀ; the axis of no rotation at all is z. Unit quaternions, (4,).
     """
     w0, v0 = first_wxyz[0], first_wxyz[1:]
     w1, v1 = second_wxyz[0], second_wxyz[1:]

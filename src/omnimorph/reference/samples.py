@@ -19,6 +19,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
+from omnimorph.arrays import as_numbers
 from omnimorph.design.csv_tables import read_csv_table
 from omnimorph.design.input_files import is_file
 from omnimorph.design.ranges import UNIT_VECTOR
@@ -80,13 +81,12 @@ class SampledReference:
         *,
         source: str = "samples",
     ) -> None:
-        t = _numbers(source, "times", times)
+        t = as_numbers(times)
         if t.ndim != 1 or t.size < 2:
             raise ScenarioError.at(source, "times", t, "at least two times")
-        p = _numbers(source, "positions", positions)
+        p = as_numbers(positions)
         level = np.tile([1.0, 0.0, 0.0, 0.0], (t.size, 1))
-        given = level if quaternions_wxyz is None else quaternions_wxyz
-        q = _numbers(source, "quaternions_wxyz", given)
+        q = level if quaternions_wxyz is None else as_numbers(quaternions_wxyz)
         if p.shape != (t.size, 3):
             raise ScenarioError.at(source, "positions", p, f"of shape ({t.size}, 3)")
         if q.shape != (t.size, 4):
@@ -138,18 +138,9 @@ class SampledReference:
         return rows.desired_from_row(self.sample([time])[0])
 
     def sample(self, times: ArrayLike) -> FloatArray:
-        """Return the desired motion at many times.
+        """Return the desired motion at many times, (K,), s, in any order.
 
-        Parameters
-        ----------
-        times : (K,) array
-            In s, in any order.
-
-        Returns
-        -------
-        (K, 24) array
-            Position (3, m, in W), attitude (9, row by row), velocity (3, m/s, in W), body rate
-            (3, rad/s, in B), acceleration (3, m/s², in W), its derivative (3, rad/s², in B).
+        They are the (K, 24) rows that `omnimorph.reference.rows` describes.
         """
         t = np.asarray(times, dtype=np.float64)
         inside = np.clip(t, self._times[0], self._times[-1])
@@ -173,13 +164,6 @@ class SampledReference:
         attitudes = Rotation.from_quat(table[:, 4:8], scalar_first=True)
         self._position: Any = CubicSpline(self._times, table[:, 1:4], bc_type="natural")
         self._attitude: Any = RotationSpline(self._times, attitudes)
-
-
-def _numbers(source: str, name: str, value: ArrayLike) -> FloatArray:
-    try:
-        return np.array(value, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):  # a text, or rows of different lengths
-        raise ScenarioError.at(source, name, value, "numbers") from None
 
 
 def _check(table: FloatArray, source: str, places: Sequence[str]) -> None:
@@ -229,13 +213,7 @@ def _check_attitudes(q: FloatArray, source: str, places: Sequence[str]) -> None:
 
 
 def as_reference(place: str, reference: ReferenceLike) -> Reference:
-    """Return a reference that may be given as a CSV file of poses.
-
-    Raises
-    ------
-    ScenarioError
-        If it is neither; `place` says where it was given.
-    """
+    """Return a reference that may be given, at a `place`, as a CSV file of poses; or refuse it."""
     if isinstance(reference, str | os.PathLike) and is_file(reference):
         return SampledReference.from_csv(os.fsdecode(reference))
     try:

@@ -85,12 +85,12 @@ class Segment:
         T = float(_array("duration", duration, (), DURATIONS))
         angle = float(_array("rotation_angle", rotation_angle, (), ANGLES_DEG.in_SI("deg")))
         axis = _array("rotation_axis_W", rotation_axis_W, (3,))
-        object.__setattr__(self, "duration", T)
-        object.__setattr__(self, "move_W", _array("move_W", move_W, (3,), MOVES))
-        object.__setattr__(
-            self, "rotation_axis_W", axis if angle == 0 else _unit("rotation_axis_W", axis)
+        vars(self).update(
+            duration=T,
+            move_W=_array("move_W", move_W, (3,), MOVES),
+            rotation_axis_W=axis if angle == 0 else _unit("rotation_axis_W", axis),
+            rotation_angle=angle,
         )
-        object.__setattr__(self, "rotation_angle", angle)
 
     def as_file(self) -> dict[str, Any]:
         """Return the segment as a scenario file would hold it."""
@@ -191,18 +191,9 @@ class SegmentReference:
         )
 
     def sample(self, times: ArrayLike) -> FloatArray:
-        """Return the desired motion at many times.
+        """Return the desired motion at many times, (K,), s, in any order.
 
-        Parameters
-        ----------
-        times : (K,) array
-            In s, in any order.
-
-        Returns
-        -------
-        (K, 24) array
-            Position (3, m, in W), attitude (9, row by row), velocity (3, m/s, in W), body rate
-            (3, rad/s, in B), acceleration (3, m/s², in W), its derivative (3, rad/s², in B).
+        They are the (K, 24) rows that `omnimorph.reference.rows` describes.
         """
         t = np.asarray(times, dtype=np.float64)
         i = np.maximum(np.searchsorted(self._starts, t, side="right") - 1, 0)

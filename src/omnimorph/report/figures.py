@@ -179,7 +179,7 @@ def power_and_energy(flights: Sequence[Flight], others: Sequence[Flight] = ()) -
 def power_panel(panel: Axes, flights: Sequence[Flight]) -> None:
     """Draw the rotor drag power of flights into a panel."""
     for flight in flights:
-        _band(panel, flight, curves.power_W(flight.run))
+        _band(panel, flight, flight.run.drag_power)
     panel.set_ylabel(f"rotor drag\npower ({COLUMN['drag_power'].unit_read})")
     panel.set_ylim(bottom=0.0)
 

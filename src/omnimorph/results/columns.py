@@ -39,38 +39,18 @@ Sizes = Mapping[str, int]
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Column:
-    """What one column of a run is.
+    """What one column of a run is."""
 
-    Attributes
-    ----------
-    name : str
-        The attribute of `Run`, and the variable in its file.
-    dims : tuple of str
-        Names of the dimensions after time.
-    units, frame, long_name : str
-        Frame "" where there is none.
-    more : str
-        What is to be said beside the long name, in sentences; "" for nothing.
-    flags : mapping of int to str
-        What each number means, where they are flags; empty where they are quantities.
-    limits : tuple of str
-        The two fields of `Vehicle` that bound it, one number for each rotor or servo; or none.
-    read_in : str
-        The unit that people read it in, a key of `omnimorph.units.UNITS`; "" for `units`.
-    since : int
-        The first schema of files that have it.
-    """
-
-    name: str = ""
-    dims: tuple[str, ...]
+    name: str = ""  # the attribute of `Run`, and the variable in its file
+    dims: tuple[str, ...]  # names of the dimensions after time
     units: str
-    frame: str = ""
+    frame: str = ""  # "" where there is none
     long_name: str
-    more: str = ""
-    flags: Mapping[int, str] = dataclasses.field(default_factory=dict)
-    limits: tuple[str, ...] = ()
-    read_in: str = ""
-    since: int = 1
+    more: str = ""  # what is to be said beside the long name, in sentences
+    flags: Mapping[int, str] = dataclasses.field(default_factory=dict)  # what each number means
+    limits: tuple[str, ...] = ()  # the two fields of `Vehicle` that bound it by rotor or servo
+    read_in: str = ""  # the unit that people read it in, a key of `UNITS`; "" for `units`
+    since: int = 1  # the first schema of files that have it
 
     @property
     def unit_read(self) -> str:

@@ -17,7 +17,6 @@ __all__ = [
     "drag_energy_J",
     "phases",
     "position_error_mm",
-    "power_W",
     "rotation_about_x_deg",
 ]
 
@@ -25,18 +24,10 @@ _DIRECTIONS = ("x", "y", "z")
 
 
 class AttitudeError(NamedTuple):
-    """The attitude error over time, (K,) arrays.
+    """The attitude error over time, (K,) arrays."""
 
-    Attributes
-    ----------
-    angle_deg : array
-        Geodesic angle between R and R_d, 0 to 180 degrees.
-    sine : array
-        ‖e_R‖, what the paper calls attitude error: the sine of that angle.
-    """
-
-    angle_deg: FloatArray
-    sine: FloatArray
+    angle_deg: FloatArray  # geodesic angle between R and R_d, 0 to 180 degrees
+    sine: FloatArray  # ‖e_R‖, what the paper calls attitude error: the sine of that angle
 
 
 class Phase(NamedTuple):
@@ -88,14 +79,9 @@ def rotation_about_x_deg(R: FloatArray) -> FloatArray:
     return np.degrees(np.unwrap(np.arctan2(R[:, 2, 1], R[:, 1, 1])))
 
 
-def power_W(run: Run) -> FloatArray:
-    """Return the rotor drag power, Σ c_tau |w|³ of the actual speeds, in W, (K,)."""
-    return run.drag_power
-
-
 def drag_energy_J(run: Run) -> FloatArray:
     """Return the rotor drag energy since the start, in J, (K,); its end is the metric."""
-    energy: FloatArray = np.cumsum(power_W(run)) * run.provenance.physics_step
+    energy: FloatArray = np.cumsum(run.drag_power) * run.provenance.physics_step
     energy -= energy[0]  # the speed in a row acted over the step before it: row 0 over none
     return energy
 

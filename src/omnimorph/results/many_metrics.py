@@ -66,17 +66,5 @@ def metrics_from_sums(
     physics_step: float,
     n_servos: int,
 ) -> ManyMetrics:
-    """Compute the metrics of many flights from the sums over their rows.
-
-    Parameters
-    ----------
-    sums : mapping of str to (n,) array
-        By the names that the core gives them.
-    outcomes : sequence of Outcome
-        One for each flight.
-    physics_step : float, s
-        Between two rows.
-    n_servos : int
-        Over which the tilts are summed.
-    """
+    """Compute the metrics of many flights from the sums over their rows: see `FlightSums`."""
     return ManyMetrics(values_of(FlightSums(sums, outcomes, physics_step, n_servos)), outcomes)

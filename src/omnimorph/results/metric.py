@@ -35,27 +35,13 @@ class Measure(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Metric:
-    """One metric, as it was declared.
+    """One metric, as it was declared."""
 
-    Attributes
-    ----------
-    name : str
-        The attribute of `Metrics` and the key of ``metrics.json``, with its unit.
-    meaning : str
-        What it is, in sentences.
-    shown : Measure
-        How people read it.
-    of_sums : callable
-        From the `FlightSums` of n flights to its (n,) values.
-    is_count : bool
-        Whether it is a whole number.
-    """
-
-    name: str = ""
-    meaning: str
-    shown: Measure
-    of_sums: Callable[[FlightSums], FloatArray]
-    is_count: bool
+    name: str = ""  # the attribute of `Metrics` and key of ``metrics.json``, with its unit
+    meaning: str  # what it is, in sentences
+    shown: Measure  # how people read it
+    of_sums: Callable[[FlightSums], FloatArray]  # its (n,) values for n flights
+    is_count: bool  # whether it is a whole number
 
 
 def metric(

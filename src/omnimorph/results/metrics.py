@@ -210,14 +210,6 @@ def metrics_of_row(values: Mapping[str, Any], row: int, outcome: str) -> Metrics
 def metrics_from_run(run: RunRecord) -> Metrics:
     """Compute the metrics of a run.
 
-    Parameters
-    ----------
-    run : Run
-
-    Returns
-    -------
-    Metrics
-
     Examples
     --------
     Eight rotors of OmniMorph at 131.54 Hz, as in hover at 60° tilt, spend 8 c_tau w³ = 315.09 W, or

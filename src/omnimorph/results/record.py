@@ -11,6 +11,7 @@ from __future__ import annotations
 import enum
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Self
@@ -79,9 +80,10 @@ class Provenance:
             if not (isinstance(value, int) and 0 <= value < 2**64):
                 raise InputError.at("provenance", name, value, "an integer from 0 to 2**64 - 1")
         for name in _TEXTS:
-            if not _can_be_stored(getattr(self, name)):
+            text = getattr(self, name)
+            if not isinstance(text, str) or _NOT_STORED.search(text):
                 allowed = "text of Unicode characters without a null"
-                raise InputError.at("provenance", name, getattr(self, name), allowed)
+                raise InputError.at("provenance", name, text, allowed)
         for name in ("control_period", "physics_step"):
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
@@ -98,16 +100,7 @@ class Provenance:
 
 
 _TEXTS = ("scenario_name", "scenario_text", "vehicle_text", "plant_name", "version")
-
-
-def _can_be_stored(text: object) -> bool:
-    if not isinstance(text, str) or "\0" in text:
-        return False
-    try:
-        text.encode()
-    except UnicodeEncodeError:  # half a pair of surrogates
-        return False
-    return True
+_NOT_STORED = re.compile("[\0\ud800-\udfff]")  # a null, and half a pair of surrogates
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,12 +51,7 @@ ATTRIBUTES = {
 
 
 def hash_content(run: RunRecord, schema_version: int = SCHEMA_VERSION) -> str:
-    """Return the SHA-256 of a run's columns, outcome and provenance, as hexadecimal text.
-
-    Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in ASCII; performance, and
-    a hash the provenance may hold, do not enter, nor do columns newer than the schema. Logged
-    columns enter in the order of their names, where there are any.
-    """
+    """Return the hash of a run: see `hash_of`."""
     return hash_of(vars(run), run.logged, run.outcome, run.provenance, schema_version)
 
 
@@ -67,7 +62,12 @@ def hash_of(
     provenance: Provenance,
     version: int = SCHEMA_VERSION,
 ) -> str:
-    """Return the hash of what a run is made of: see `hash_content`."""
+    """Return the SHA-256 of what a run is made of, as hexadecimal text.
+
+    Numbers enter as little-endian IEEE bytes, row by row, texts as JSON in ASCII; a hash that the
+    provenance may hold does not enter, nor do columns newer than the schema. Logged columns enter
+    in the order of their names, where there are any.
+    """
     held = dataclasses.asdict(provenance)
     del held["content_hash"]
     record = {"schema": SCHEMA, "outcome": outcome.name, "provenance": held}
@@ -76,10 +76,8 @@ def hash_of(
     digest = hashlib.sha256(json.dumps(record, sort_keys=True).encode())
     named = {"time": "time", **names_in_file(version)}
     arrays = {name: columns[column] for column, name in named.items()}
-    for name, values in {
-        **arrays,
-        **{name: logged[name].values for name in sorted(logged)},
-    }.items():
+    arrays |= {name: logged[name].values for name in sorted(logged)}
+    for name, values in arrays.items():
         array = stored(values)
         digest.update(f"{name} {array.dtype.str} {array.shape}".encode())
         digest.update(array.reshape(-1).view(np.uint8))

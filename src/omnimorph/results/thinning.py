@@ -1,4 +1,7 @@
-"""Curves thinned to what the eye can see, with every spike kept."""
+"""Curves thinned to what the eye can see, with every spike kept.
+
+Curves are evenly spaced in time, and thinned to so many columns of pixels, at least one.
+"""
 
 from __future__ import annotations
 
@@ -13,39 +16,19 @@ __all__ = ["Band", "band", "envelope", "thin"]
 
 
 class Band(NamedTuple):
-    """A noisy curve in columns of equal length: (columns,) arrays.
+    """A noisy curve in columns of equal length: (columns,) arrays."""
 
-    Attributes
-    ----------
-    time : array, s
-        Middle of each column.
-    low, mean, high : array
-        Smallest value, mean and largest value within the column.
-    """
-
-    time: FloatArray
-    low: FloatArray
+    time: FloatArray  # s, the middle of each column
+    low: FloatArray  # the smallest value within it
     mean: FloatArray
     high: FloatArray
 
 
 def thin(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
-    """Keep the smallest and the largest value of each pixel column, and both ends of the curve.
+    """Keep the smallest and the largest value of each column, and both ends of the curve, (K,).
 
     Drawn with lines between the points, the result looks like the whole curve as long as there are
     at least as many columns as pixels.
-
-    Parameters
-    ----------
-    time, values : (K,) arrays
-        The curve, evenly spaced in time.
-    columns : int
-        At least 1.
-
-    Returns
-    -------
-    time, values : (at most 2 columns + 2,) arrays
-        Rows of the curve, in their order.
 
     Examples
     --------
@@ -68,25 +51,11 @@ def thin(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray
 
 
 def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatArray, FloatArray]:
-    """Return several curves thinned to the same times, the extremes of each kept.
+    """Return several curves, (S, K), thinned to the same times, the extremes of each kept.
 
     Each column becomes two points: at its beginning the smallest value within it, in its middle the
-    largest. Drawn with lines, that covers what the whole curves would cover.
-
-    Parameters
-    ----------
-    time : (K,) array
-        Evenly spaced.
-    values : (S, K) array
-        The curves.
-    columns : int
-        At least 1.
-
-    Returns
-    -------
-    time : (P,) array
-    values : (S, P) array
-        P is at most twice the columns; the curves themselves if they are no longer.
+    largest. Drawn with lines, that covers what the whole curves would cover. Curves of no more
+    points than that are returned as they are.
 
     Examples
     --------
@@ -104,14 +73,9 @@ def envelope(time: FloatArray, values: FloatArray, columns: int) -> tuple[FloatA
 
 
 def band(time: FloatArray, values: FloatArray, columns: int) -> Band:
-    """Return the smallest value, the mean and the largest value of each column.
+    """Return the smallest value, the mean and the largest value of each column of a curve, (K,).
 
-    Parameters
-    ----------
-    time, values : (K,) arrays
-        The curve, evenly spaced in time.
-    columns : int
-        At least 1; fewer are returned if there are fewer rows.
+    There are no more columns than rows.
 
     Examples
     --------

@@ -28,16 +28,8 @@ _BYTES_OF_A_NUMBER = 16  # with its copy in the core
 class CoreRows:
     """A row for each flight of every field of the core in which some of them differ.
 
-    Fields are read and written by their path, with a row for each flight, or one row for all.
-
-    Parameters
-    ----------
-    parts : CoreSettings
-        Of the first flight.
-    scenario : Scenario
-        Of the first flight.
-    flights : int
-        How many, n.
+    Fields are read and written by their path, with a row for each flight, or one row for all. It
+    begins with the settings and the scenario of the first of n flights.
 
     Attributes
     ----------

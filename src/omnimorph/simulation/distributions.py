@@ -88,23 +88,13 @@ def numbers_drawn(
 ) -> FloatArray:
     """Return the numbers of a parameter for flights first … first + n − 1, drawn or as they stand.
 
-    Parameters
-    ----------
-    name : str
-        Of the parameter.
-    wanted : Distribution or array
-        What is drawn from, or the numbers.
-    seed, first : int
-        Of the flights.
-    shape : tuple of int
-        Of the answer: n, then the shape of one flight's numbers.
-    one_for_all : bool
-        Whether an array may hold a single number for each flight as well.
+    Their shape is n, then that of one flight's numbers; with `one_for_all` an array may hold a
+    single number for each flight as well.
 
     Raises
     ------
     ScenarioError
-        If it is neither a distribution nor an array of this shape.
+        If what is wanted is neither a distribution nor an array of this shape.
     """
     ppf = getattr(wanted, "ppf", None)
     try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Literal
 
@@ -17,7 +18,7 @@ from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.results.flights import BatchPerformance, Flights, Precision
 from omnimorph.results.many_metrics import metrics_from_sums
 from omnimorph.results.run import Run
-from omnimorph.simulation.core_settings import CoreSettings, core_settings_of
+from omnimorph.simulation.core_settings import core_settings_of
 from omnimorph.simulation.fly_each import fly_each
 from omnimorph.simulation.instruction_sets import INSTRUCTION_SET, batch_module
 from omnimorph.simulation.parts import (
@@ -169,40 +170,34 @@ def fly_many(
             threads=threads,
             progress=progress,
         )
-    parts = core_settings_of(variation.flown)
-    batch = _Batch(scenario, parts, variation, kept, seed, first, precision, threads)
-    return batch.fly(progress)
+    return _Batch(scenario, variation, kept, seed, first, precision, threads).fly(progress)
 
 
+@dataclass(eq=False)
 class _Batch:
     """Flights under way."""
 
-    def __init__(
-        self,
-        scenario: Scenario,
-        parts: CoreSettings,
-        variation: Variation,
-        kept: Sequence[int],
-        seed: int,
-        first: int,
-        precision: Precision,
-        threads: int,
-    ) -> None:
-        self.scenario, self.parts, self.variation = scenario, parts, variation
-        self.seed, self.first, self.precision = seed, first, precision
-        self.kept = kept
-        module = batch_module()
-        single = precision == "float32"
+    scenario: Scenario
+    variation: Variation
+    kept: Sequence[int]
+    seed: int
+    first: int
+    precision: Precision
+    threads: int
+
+    def __post_init__(self) -> None:
+        module, parts = batch_module(), core_settings_of(self.variation.flown)
+        single, first = self.precision == "float32", self.first
         self.lanes = module.lanes * (2 if single else 1)
-        self.threads = min(threads, math.ceil(variation.flights / self.lanes))
+        self.threads = min(self.threads, math.ceil(self.variation.flights / self.lanes))
         self.began = perf_counter()
         self.core = module.start(
             **parts.of_flight(),
-            flights=variation.flights,
-            seed=seed,
+            flights=self.variation.flights,
+            seed=self.seed,
             first=first,
-            variation=variation.for_core(parts),
-            recorded=[number - first for number in kept],
+            variation=self.variation.for_core(parts),
+            recorded=[number - first for number in self.kept],
             single_precision=single,
             threads=self.threads,
         )

@@ -40,7 +40,7 @@ from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 
-__all__ = ["paths", "replaced", "replaced_at", "shape_at", "value_at"]
+__all__ = ["paths", "replaced", "shape_at", "value_at"]
 
 _PATH = re.compile(r"(.*?)((?:\[(?:0|[1-9][0-9]{0,8})\])*)", re.DOTALL)
 _MOST_NAMED = 4
@@ -91,19 +91,11 @@ def value_at(scenario: ScenarioLike, path: str) -> float | FloatArray | None:
 def shape_at(scenario: Scenario, path: str, beside: Sequence[str] = ()) -> tuple[int, ...]:
     """Return the shape of the numbers at a path; where one may stand for several, of all of them.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Whose path it is.
-    path : str
-        One of `paths`, or one with indices behind it.
-    beside : sequence of str
-        What else may be asked for where the path is; the refusal of an unknown one names it too.
-
     Raises
     ------
     ScenarioError
-        If there is no such path; it names the nearest ones.
+        If there is no such path; it names the nearest ones, also among what else may be asked for
+        `beside` it.
 
     Examples
     --------
@@ -124,36 +116,6 @@ def _refuse_overlaps(scenario: Scenario, values: Mapping[str, ArrayLike]) -> Non
         if whole is not None:
             allowed = f"left out, or put into the numbers at {whole}"
             raise ScenarioError.at(f"scenario {scenario.name}", str(path), "given", allowed)
-
-
-def replaced_at(scenario: Scenario, path: str, value: ArrayLike) -> Scenario:
-    """Return a scenario with another value at a path, checked again.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Which remains as it is.
-    path : str
-        One of `paths`, or one with indices behind it.
-    value : float or array
-        In SI. One number for what each rotor, servo or filter has is that of all of them.
-
-    Raises
-    ------
-    InputError
-        If there is no such path (the message names the nearest ones), or if what comes out is not
-        possible.
-
-    Examples
-    --------
-    A plant that is 10 % heavier than the controller believes:
-
-    >>> import omnimorph as om
-    >>> heavier = replaced_at(om.load_scenario("hover"), "truth.mass", 1.1 * 1.315)
-    >>> round(value_at(heavier, "truth.mass"), 4), value_at(heavier, "vehicle.mass")
-    (1.4465, 1.315)
-    """
-    return replaced(scenario, {path: value})
 
 
 def replaced(scenario: ScenarioLike, values: Mapping[str, ArrayLike]) -> Scenario:

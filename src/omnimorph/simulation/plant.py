@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -20,11 +19,10 @@ from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.plant_files import PlantLike, as_plant
 from omnimorph.simulation.plant_model import INTEGRATORS, PlantModel, control_steps
-from omnimorph.simulation.whole_number import whole_number
+from omnimorph.simulation.whole_number import rotor_index, whole_number
 
 __all__ = [
     "INTEGRATORS",
-    "NOT_ASKED",
     "PlantLike",
     "PlantModel",
     "SimulatedPlant",
@@ -34,8 +32,6 @@ __all__ = [
 ]
 
 _NO_WRENCH = np.zeros(6)
-NOT_ASKED = np.full(6, np.nan)
-"""The wrench asked for by what gives commands alone."""
 _AT_ORIGIN = State(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": slice(15, 18)}
@@ -111,7 +107,7 @@ class SimulatedPlant(Storable):
 
         Raises
         ------
-        ScenarioError
+        InputError
             If one of them is of another shape or not finite.
 
         Examples
@@ -206,14 +202,7 @@ class SimulatedPlant(Storable):
         ScenarioError
             If there is no such rotor; they are counted from 0.
         """
-        n_rotors = self.vehicle.n_rotors
-        try:
-            index = operator.index(rotor)
-        except TypeError:
-            index = -1
-        if isinstance(rotor, bool) or not 0 <= index < n_rotors:
-            raise ScenarioError.at("plant", "rotor", rotor, f"a number from 0 to {n_rotors - 1}")
-        return self._in_core.hub_load(index)
+        return self._in_core.hub_load(rotor_index(self.vehicle, rotor, "plant"))
 
     def measure(self) -> State:
         """Return the motion as the controller measures it, with this control step's noise."""
@@ -277,25 +266,6 @@ def core_motion(row: FloatArray) -> dict[str, FloatArray]:
 def as_state(row: FloatArray) -> State:
     """Return the 18 numbers of a state of the core as a `State`."""
     return State(row[:3], row[3:12].reshape(3, 3), row[12:15], row[15:18])
-
-
-def send(flight: _core.Flight, command: Command, wrench_asked: FloatArray) -> bool:
-    """Send a command made in Python to a flight of the core; False if it is not finite.
-
-    Raises
-    ------
-    ScenarioError
-        If it does not have one thrust for each rotor and one tilt for each servo.
-    """
-    try:
-        thrust, tilt = command
-        try:
-            return flight.decide(thrust, tilt, wrench_asked)
-        except TypeError:  # not yet arrays of float64
-            thrust, tilt = (np.ascontiguousarray(part, dtype=np.float64) for part in command)
-            return flight.decide(thrust, tilt, wrench_asked)
-    except (TypeError, ValueError, OverflowError) as problem:
-        raise _unfit_command(problem) from None
 
 
 def _unfit_command(problem: Exception) -> ScenarioError:

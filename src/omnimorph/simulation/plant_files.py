@@ -27,6 +27,7 @@ from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant_model import PlantModel
 
 __all__ = [
+    "FileHead",
     "PlantFile",
     "PlantLike",
     "PlantTable",
@@ -58,14 +59,19 @@ class PlantTable(table_with(_FIELDS)):  # type: ignore[misc]
     effect: list[AnyEffect] = Field(default=[], description="a list of effects, each with its kind")
 
 
-class PlantFile(Table):
-    """A plant file."""
+class FileHead(Table):
+    """What a plant file and a scenario file begin with."""
 
     schema_version: Literal[1] = Field(
         alias="schema", description="1, the version this package reads"
     )
     name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
     title: Line = Field(default="", description="one line of text, at most 200 characters")
+
+
+class PlantFile(FileHead):
+    """A plant file."""
+
     plant: PlantTable = Field(description="a table, written [plant]")
 
 
@@ -89,13 +95,7 @@ def load_plant(name_or_path: str | os.PathLike[str]) -> PlantModel:
 
 
 def as_plant(plant: PlantLike) -> PlantModel:
-    """Return a plant that may be given as a name of the catalogue or as a file.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_plant` does, and if it is anything else.
-    """
+    """Return a plant that may be given as `load_plant` takes it; refuse anything else."""
     return record_or_file(plant, PlantModel, "plant", load_plant, ScenarioError)
 
 

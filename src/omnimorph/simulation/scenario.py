@@ -6,14 +6,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from omnimorph.analysis.flight_worthiness import check_it_can_fly
 from omnimorph.control.allocators import AllocationRule, FixedTilt
-from omnimorph.control.controller import core_settings
-from omnimorph.control.position_first import usable_lateral_force
+from omnimorph.control.capability import usable_lateral_force
+from omnimorph.control.controller import PoseController, core_settings
 from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.design.ranges import Range
@@ -27,14 +27,7 @@ from omnimorph.simulation.own_parts import OwnParts, described
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
 from omnimorph.simulation.proposed import overridden, overrides_as_file, proposed_controller
 
-if TYPE_CHECKING:
-    from omnimorph.control.controller import PoseController
-
-__all__ = [
-    "LOST_BEYOND",
-    "TILTS_DEG",
-    "Scenario",
-]
+__all__ = ["LOST_BEYOND", "TILTS_DEG", "Scenario"]
 
 LOST_BEYOND = Range(1e-6, 1e9)
 """In m."""
@@ -237,15 +230,12 @@ class Scenario:
         ScenarioError
             If its file names a controller or an allocator of one's own instead.
         """
-        from omnimorph.control.controller import PoseController
-
         self.check_rule()
-        period = self.plant.control_period
         return PoseController(
             self.vehicle,
             self.gains,
             self.allocator,
-            period,
+            self.plant.control_period,
             self.tilt,
             lateral_force=self.lateral_force,
         )

@@ -158,15 +158,7 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
 
 
 def as_scenario(scenario: ScenarioLike, *, allow_code: bool = False) -> Scenario:
-    """Return a scenario that may be given as a name of the catalogue or as a file.
-
-    Code that a file names runs only if it is allowed.
-
-    Raises
-    ------
-    ScenarioError
-        As `omnimorph.load_scenario` does, and if it is anything else.
-    """
+    """Return a scenario that may be given as `load_scenario` takes it; refuse anything else."""
     load = partial(load_scenario, allow_code=allow_code)
     return record_or_file(scenario, Scenario, "scenario", load, ScenarioError)
 

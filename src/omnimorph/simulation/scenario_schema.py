@@ -18,7 +18,6 @@ from omnimorph.control.tracking import TrackingGains
 from omnimorph.design.ranges import UNIT_VECTOR
 from omnimorph.design.records import declared
 from omnimorph.design.tables import (
-    Line,
     Number,
     Table,
     Vector,
@@ -27,8 +26,9 @@ from omnimorph.design.tables import (
     table_with,
 )
 from omnimorph.reference.ranges import POSITIONS, TIMES
+from omnimorph.reference.rows import rotation_from_quaternion
 from omnimorph.reference.segments import Segment
-from omnimorph.simulation.plant_files import PlantTable
+from omnimorph.simulation.plant_files import FileHead, PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
 __all__ = ["ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
@@ -109,8 +109,6 @@ class Segments(ReferenceTable):
 
     def start_attitude(self) -> np.ndarray:
         """Return the attitude at the start as a (3, 3) rotation."""
-        from omnimorph.reference.rows import rotation_from_quaternion
-
         if self.start_quaternion_wxyz is None:
             return np.eye(3)
         return rotation_from_quaternion(np.array(self.start_quaternion_wxyz))
@@ -175,14 +173,9 @@ AnyController = Annotated[
 ]
 
 
-class ScenarioFile(Table):
+class ScenarioFile(FileHead):
     """A scenario file, with those it is based on already merged in."""
 
-    schema_version: Literal[1] = Field(
-        alias="schema", description="1, the version this package reads"
-    )
-    name: Line = Field(min_length=1, description="a name, at most 200 printable characters")
-    title: Line = Field(default="", description="one line of text, at most 200 characters")
     vehicle: str = Field(min_length=1, description="a name of the catalogue, or a vehicle file")
     plant: AnyPlant = Field(description="a name of the catalogue, a plant file, or a table")
     controller: AnyController = Field(description="a table with the allocator and the gains")

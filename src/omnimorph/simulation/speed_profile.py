@@ -3,41 +3,23 @@
 from __future__ import annotations
 
 import math
-import operator
 from dataclasses import dataclass
 
 import numpy as np
 
+from omnimorph.arrays import as_numbers
 from omnimorph.design.files import VehicleLike, as_vehicle
-from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
+from omnimorph.simulation.whole_number import rotor_index
 from omnimorph.units import from_SI, to_SI
 
-__all__ = ["SpeedProfile", "checked_rotor", "speed_steps"]
+__all__ = ["SpeedProfile", "speed_steps"]
 
 _PROFILE = "the speed profile"
 _MOST_LEVELS = 2**20
 _ROUNDING = 1e-9
 _120_Hz, _20_Hz = to_SI(120.0, "Hz"), to_SI(20.0, "Hz")
-
-
-def checked_rotor(vehicle: Vehicle, rotor: object) -> int:
-    """Return the index of a rotor, from 0.
-
-    Raises
-    ------
-    ScenarioError
-        If the vehicle has no such rotor.
-    """
-    try:
-        index = operator.index(rotor)  # type: ignore[arg-type]
-    except TypeError:
-        index = -1
-    if isinstance(rotor, bool) or not 0 <= index < vehicle.n_rotors:
-        allowed = f"a rotor of vehicle {vehicle.name}, from 0 to {vehicle.n_rotors - 1}"
-        raise ScenarioError.at("the thrust stand", "rotor", rotor, allowed)
-    return index
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -66,10 +48,7 @@ class SpeedProfile:
     def __post_init__(self) -> None:
         for name, dims in (("time", 1), ("speed", 2), ("duration", 0)):
             value = getattr(self, name)
-            try:
-                array = np.array(value, dtype=np.float64)
-            except (TypeError, ValueError):  # a text, or rows of different lengths
-                array = np.array(np.nan)
+            array = as_numbers(value).copy()
             if array.ndim != dims or not array.size or not np.isfinite(array).all():
                 shape = ("one finite number", "a row of finite numbers", "rows of finite numbers")
                 raise ScenarioError.at(_PROFILE, name, value, shape[dims])
@@ -140,7 +119,7 @@ def speed_steps(
     does not say in words how long a step lasts.
     """
     vehicle = as_vehicle(vehicle)
-    rotor = checked_rotor(vehicle, rotor)
+    rotor = rotor_index(vehicle, rotor)
     for name, value in (("step", step), ("dwell", dwell)):
         if not 0.0 < value < math.inf:
             raise ScenarioError.at(_PROFILE, name, value, "a positive number")

@@ -41,8 +41,8 @@ from omnimorph.simulation.effects import (
 )
 from omnimorph.simulation.plant import PlantModel, core_motion
 from omnimorph.simulation.recording import bytes_of_a_row
-from omnimorph.simulation.speed_profile import SpeedProfile, checked_rotor
-from omnimorph.simulation.whole_number import whole_number
+from omnimorph.simulation.speed_profile import SpeedProfile
+from omnimorph.simulation.whole_number import rotor_index, whole_number
 from omnimorph.units import from_SI
 
 __all__ = ["SixAxisSensor", "StandReading", "ThrustStand"]
@@ -219,7 +219,7 @@ class ThrustStand:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vehicle", as_vehicle(self.vehicle))
-        object.__setattr__(self, "rotor", checked_rotor(self.vehicle, self.rotor))
+        object.__setattr__(self, "rotor", rotor_index(self.vehicle, self.rotor))
         tilt = checked_tilt(self.vehicle, self.tilt, self.beyond_limits).copy()
         tilt.setflags(write=False)
         object.__setattr__(self, "tilt", tilt)

@@ -20,7 +20,7 @@ from omnimorph.simulation.effects.effect import (
     TIMES,
     Effect,
     PlantBuild,
-    own_numbers,
+    numbers_of,
 )
 
 __all__ = ["CommandDelay", "MeasurementNoise", "ModelMismatch"]
@@ -80,7 +80,7 @@ class MeasurementNoise(Effect):
         """Set deviations and filters."""
         plant.sensors[self.kind] = {"deviation": self.deviation}
         if self.filtered:
-            cutoff = own_numbers(plant, self.kind, "filter_cutoff")
+            cutoff = numbers_of(self, plant, "filter_cutoff")
             plant.set_estimator(self.kind, "low-pass", {"cutoff": cutoff})
 
 

@@ -5,14 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
+import numpy as np
+
 from omnimorph.design.keys import FILE_KEYS
 from omnimorph.design.ranges import Range
-from omnimorph.design.records import Record
+from omnimorph.design.records import Record, declared
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "own_numbers"]
+__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "numbers_of"]
 
 # What a message says is allowed.
 TIME = "a number of milliseconds, not negative"
@@ -24,25 +26,13 @@ FACTORS = Range(1e-6, 1e6)
 
 
 class PlantBuild(NamedTuple):
-    """What an effect is added to.
+    """What an effect is added to."""
 
-    Attributes
-    ----------
-    laws : dict of str to dict
-        The imperfections of the core's plant by their kind, each with its fields.
-    sensors : dict of str to dict
-        The same of the core's sensors, and the estimator, see `set_estimator`.
-    vehicle : Vehicle
-        The true one.
-    control_period, step : float, s
-        Of the plant.
-    """
-
-    laws: dict[str, Any]
-    sensors: dict[str, Any]
-    vehicle: Vehicle
-    control_period: float
-    step: float
+    laws: dict[str, Any]  # imperfections of the core's plant by their kind, each with its fields
+    sensors: dict[str, Any]  # the same of its sensors, and the estimator, see `set_estimator`
+    vehicle: Vehicle  # the true one
+    control_period: float  # s, of the plant
+    step: float  # s
 
     def set_estimator(self, kind: str, name: str, fields: dict[str, Any]) -> None:
         """Choose the core's estimator for an effect; refused if another effect has chosen one."""
@@ -51,31 +41,23 @@ class PlantBuild(NamedTuple):
         self.sensors["estimator"] = (name, fields)
 
 
-def own_numbers(
-    plant: PlantBuild, kind: str, field: str, key: str = "", without: str = ""
+def numbers_of(
+    effect: Effect, plant: PlantBuild, field: str, name: str = "", without: str = ""
 ) -> FloatArray:
-    """Return the vehicle's own numbers for an effect.
-
-    Parameters
-    ----------
-    plant : PlantBuild
-        With the vehicle.
-    kind : str
-        Of the effect.
-    field : str
-        Of the vehicle.
-    key : str
-        Of the effect, by which it may have numbers of its own; "" if it cannot.
-    without : str
-        A plant of the catalogue that lacks the effect but is as another; "" if there is none.
+    """Return an effect's own number `name` for each, if it has one, else the vehicle's of a field.
 
     Raises
     ------
     ScenarioError
-        If all of them are zero, so that the effect would do nothing.
+        If all of the vehicle's are zero, so that the effect would do nothing: it names a plant of
+        the catalogue `without` it, if there is one.
     """
     values: FloatArray = getattr(plant.vehicle, field)
+    own = getattr(effect, name) if name else None
+    if own is not None:
+        return np.full(len(values), own)
     if values.size and not (values > 0.0).any():
+        kind, key = effect.kind, declared(type(effect))[name].key if name else ""
         allowed = f"positive, because the plant's effect {kind} takes it from the vehicle"
         allowed += f"; or give the effect {key} of its own" if key else ""
         allowed += f"; or fly in the plant {without}, which lacks that effect" if without else ""

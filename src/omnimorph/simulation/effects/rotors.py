@@ -13,7 +13,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.interference import WAKE_MODELS, WakeModel, stacked_pairs
 from omnimorph.protocols import FloatArray
-from omnimorph.simulation.effects.effect import SIZE, TIME, TIMES, Effect, PlantBuild, own_numbers
+from omnimorph.simulation.effects.effect import SIZE, TIME, TIMES, Effect, PlantBuild, numbers_of
 from omnimorph.units import from_SI
 
 __all__ = [
@@ -43,16 +43,9 @@ class RotorLag(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set both time constants of every rotor."""
-        n = plant.vehicle.n_rotors
-        if self.up is None:
-            up = own_numbers(plant, self.kind, "time_constant_up", "up_ms")
-            if self.down is None:
-                down = own_numbers(plant, self.kind, "time_constant_down", "down_ms")
-            else:
-                down = np.full(n, self.down)
-        else:
-            up = np.full(n, self.up)
-            down = up if self.down is None else np.full(n, self.down)
+        up = down = numbers_of(self, plant, "time_constant_up", "up")
+        if self.up is None or self.down is not None:
+            down = numbers_of(self, plant, "time_constant_down", "down")
         plant.laws[self.kind] = {"up": up, "down": down}
 
 
@@ -107,10 +100,7 @@ class DeadBand(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the band of every rotor."""
-        if self.smallest is None:
-            band = own_numbers(plant, self.kind, "dead_band", "smallest_Hz")
-        else:
-            band = np.full(plant.vehicle.n_rotors, self.smallest)
+        band = numbers_of(self, plant, "dead_band", "smallest")
         fastest = np.maximum(np.abs(plant.vehicle.speed_min), plant.vehicle.speed_max)
         if (band >= fastest).any():
             allowed = f"below the rotors' largest speed, {from_SI(float(fastest.min()), 'Hz'):g} Hz"
@@ -182,5 +172,5 @@ class RotorMomentum(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Switch it on."""
-        own_numbers(plant, self.kind, "spin_inertia", without="realistic-1")
+        numbers_of(self, plant, "spin_inertia", without="realistic-1")
         plant.laws[self.kind] = {}

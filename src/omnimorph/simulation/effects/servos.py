@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
-from omnimorph.simulation.effects.effect import TIME, TIMES, Effect, PlantBuild, own_numbers
+from omnimorph.simulation.effects.effect import TIME, TIMES, Effect, PlantBuild, numbers_of
 
 __all__ = ["ServoLag", "ServoRateLimit"]
 
@@ -23,10 +21,7 @@ class ServoLag(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the time constant of every servo."""
-        if self.time_constant is None:
-            tau = own_numbers(plant, self.kind, "servo_time_constant", "time_constant_ms")
-        else:
-            tau = np.full(plant.vehicle.n_servos, self.time_constant)
+        tau = numbers_of(self, plant, "servo_time_constant", "time_constant")
         plant.laws[self.kind] = {"time_constant": tau}
 
 
@@ -39,6 +34,4 @@ class ServoRateLimit(Effect):
 
     def add_to(self, plant: PlantBuild) -> None:
         """Set the rate of every servo."""
-        own = self.rate is None
-        rate = plant.vehicle.servo_rate_max if own else np.full(plant.vehicle.n_servos, self.rate)
-        plant.laws[self.kind] = {"rate": rate}
+        plant.laws[self.kind] = {"rate": numbers_of(self, plant, "servo_rate_max", "rate")}

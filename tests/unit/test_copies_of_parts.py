@@ -6,7 +6,7 @@ import copy
 import functools
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -177,3 +177,17 @@ def test_flights_do_not_differ_in_what_an_object_stands_in_for(part: str, name: 
         om.fly_many(SHORT, 2, vary={name: [1.0, 2.0]}, **{part: own[part]})
     other = ({"plant", "controller"} - {part}).pop()
     assert len(om.fly_many(SHORT, 2, vary={name: [4.0, 4.1]}, **{other: own[other]})) == 2
+
+
+@pytest.mark.parametrize("at", [0.0, 0.1])
+@pytest.mark.parametrize("point", [None, 5, (np.zeros(3),) * 6, ("here", np.eye(3))])
+def test_a_point_of_a_reference_that_is_none_is_refused_wherever_it_is(point: Any, at: Any) -> None:
+    class Lost:
+        duration = 0.2
+
+        def __call__(self, time: float) -> om.Desired:
+            given: Any = point if time >= at else SHORT.reference(time)
+            return cast(om.Desired, given)
+
+    with pytest.raises(om.InputError, match=rf"the point at {at:g} s is .* omnimorph.Desired"):
+        om.fly(SHORT, reference=Lost())

@@ -85,8 +85,7 @@ def loop_fields(scenario: Scenario, start: FloatArray) -> dict[str, Any]:
 def _start(scenario: Scenario) -> FloatArray:
     """Return the (18,) state from which a scenario starts: at rest, where the reference begins."""
     with _asked(scenario.reference):
-        desired = scenario.reference(0.0)
-        return state_row(desired.p_WB, desired.R_WB, np.zeros(6))
+        return np.concatenate([_row(scenario.reference, 0.0)[:12], np.zeros(6)])
 
 
 def physics_steps(scenario: Scenario) -> int:

@@ -7,8 +7,6 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["as_numbers"]
-
 
 def as_numbers(value: object) -> NDArray[np.float64]:
     """Return a value as an array of float64 in C order; a single NaN if it is none of numbers.

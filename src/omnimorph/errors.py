@@ -20,20 +20,6 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Final, Self
 
-__all__ = [
-    "MISSING",
-    "InputError",
-    "OmnimorphError",
-    "RunFileError",
-    "ScenarioError",
-    "TooLargeError",
-    "UnlikelyUnitWarning",
-    "VehicleError",
-    "legible",
-    "nearest_name",
-    "shown",
-]
-
 _LONGEST_MESSAGE, _LONGEST_PART, _LONGEST_SHOWN = 1500, 200, 80  # characters
 _MOST_SHOWN = 100  # entries of a list of which the first characters are shown
 

@@ -19,22 +19,6 @@ from typing import Any, NamedTuple, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = [
-    "Allocator",
-    "Command",
-    "Controller",
-    "Desired",
-    "Disturbance",
-    "Estimate",
-    "Estimator",
-    "FloatArray",
-    "Log",
-    "Plant",
-    "Reference",
-    "Sensors",
-    "State",
-]
-
 FloatArray = NDArray[np.float64]
 """An array of float64; the shape is in the documentation of each use."""
 

@@ -16,8 +16,6 @@ from typing import Any, NamedTuple, overload
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SPEED_SLIPS", "SPEED_UNITS", "UNITS", "SpeedSlip", "from_SI", "to_SI", "unit_of"]
-
 _TURN = 2.0 * math.pi
 _DEGREE = math.pi / 180.0
 

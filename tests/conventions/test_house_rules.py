@@ -81,6 +81,31 @@ def test_verbs_of_functions() -> None:
 # --- tests --------------------------------------------------------------------------------------
 
 
+def names_of(path: Path) -> tuple[set[str], set[str]]:
+    """Return the names that a module lists in ``__all__``, and those that it defines itself."""
+    listed: set[str] = set()
+    own: set[str] = set()
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            own.add(node.name)
+        for target in getattr(node, "targets", [getattr(node, "target", None)]):
+            if isinstance(target, ast.Name) and target.id == "__all__":
+                listed = set(ast.literal_eval(node.value))  # type: ignore[attr-defined]
+            elif isinstance(target, ast.Name):
+                own.add(target.id)
+    return listed, own
+
+
+def test_only_who_hands_on_names_of_others_lists_names() -> None:
+    """Elsewhere the underscore says what a module keeps to itself."""
+    modules = [path for path in PYTHON if "src" in path.parts and path.name != "__init__.py"]
+    twice = [
+        shown(path) for path in modules if (names := names_of(path))[0] and names[0] <= names[1]
+    ]
+    assert twice == []
+    assert len(modules) > 200
+
+
 def test_no_test_skips_or_pretends() -> None:
     """No skip, no expected failure, no mock: a test runs the real thing or is not there."""
     pretence = {"skip", "skipif", "importorskip", "xfail", "mock", "Mock", "MagicMock", "mocker"}

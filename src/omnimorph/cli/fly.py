@@ -16,8 +16,6 @@ from omnimorph.results.folder import check_folder, replaced_text, staged
 if TYPE_CHECKING:
     from omnimorph import Run, Scenario
 
-__all__ = ["SUMMARY", "add_arguments", "answer"]
-
 SUMMARY = "fly a scenario: metrics on the screen, run and metrics in a folder"
 NEEDS = ("omnimorph.simulation.fly", "omnimorph.simulation.scenario_schema", "h5py")
 

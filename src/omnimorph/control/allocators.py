@@ -12,16 +12,6 @@ from omnimorph.design.records import Record, choice, quantity
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "AllocationRule",
-    "ExhaustiveTilt",
-    "FixedTilt",
-    "JointTilt",
-    "RuleLike",
-    "Span",
-    "ThreeCandidates",
-]
-
 Span = Literal["window", "range"]
 
 _WEIGHT = "a number, or one for each rotor, none negative"

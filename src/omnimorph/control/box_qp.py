@@ -10,8 +10,6 @@ from omnimorph import _core
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["BoxQpAnswer", "solve_box_qp"]
-
 MOST_VARIABLES = 36
 
 

@@ -20,8 +20,6 @@ from omnimorph.model.core import as_tilt
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Capability", "capability", "flown_tilts", "lateral_force", "usable_lateral_force"]
-
 _TILTS = 31  # over the range of the servo
 _SHARE = 0.8  # of what it can push sideways; the rest is left to the controller
 _NONE = 1e-6  # × g: an acceleration that counts as none

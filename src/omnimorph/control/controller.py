@@ -24,8 +24,6 @@ from omnimorph.protocols import Command, Desired, FloatArray, State
 if TYPE_CHECKING:
     Allocation = _core.Allocation
 
-__all__ = ["PoseController", "controller_fields", "core_settings"]
-
 
 def core_settings(
     vehicle: Vehicle,

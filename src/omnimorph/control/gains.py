@@ -19,8 +19,6 @@ from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.model.dynamics import GRAVITY
 from omnimorph.protocols import FloatArray
 
-__all__ = ["ProposedController", "propose_controller"]
-
 _CROSSOVER = 0.5  # rad: crossover × lag; with critical damping it leaves a phase margin near 50°
 _CROSSOVER_OF_CRITICAL = math.sqrt(2.0 + math.sqrt(5.0))  # |k_p + k_v s| = w² there, over √k_p
 _SLOWER_THAN_ATTITUDE = 4.0  # crossover of a position held by leaning, below √k of the attitude

@@ -16,8 +16,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["AXES", "StabilityMargins", "check_times", "rotor_lag", "stability_margins"]
-
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 """The six axes: positions along those of W, attitudes about those of B."""
 

@@ -10,8 +10,6 @@ from omnimorph.control.allocators import (
     ThreeCandidates,
 )
 
-__all__ = ["RULES"]
-
 RULES: tuple[type[AllocationRule], ...] = (
     ThreeCandidates,
     ExhaustiveTilt,

@@ -13,8 +13,6 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["cost_over_tilt"]
-
 _ANY_PERIOD = 1.0  # s; the cost knows neither how far the tilt may move nor the gains
 
 

@@ -11,8 +11,6 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.records import Record, quantity
 from omnimorph.protocols import FloatArray
 
-__all__ = ["GainsLike", "TrackingGains"]
-
 Gain = float | tuple[float, ...]
 _ALLOWED = "one number, or three (x, y, z), none negative"
 _GAINS = Range(0.0, 1e12)

@@ -18,8 +18,6 @@ from omnimorph.design.ranges import Range
 from omnimorph.errors import VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["LONGEST_LINE", "Checks", "Source", "read_only"]
-
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _WORDS_OF_A_NAME = "at most 100 letters, digits, '.', '_' and '-', the first a letter or digit"
 LONGEST_LINE = 1000

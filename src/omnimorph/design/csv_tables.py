@@ -18,8 +18,6 @@ from omnimorph.errors import InputError
 from omnimorph.machine.memory import refuse_more_than_memory
 from omnimorph.protocols import FloatArray
 
-__all__ = ["MOST_ROWS", "CsvTable", "read_csv_table"]
-
 MOST_ROWS = 500_000
 _LARGEST = 32 * MEGABYTE
 _BYTES_OF_A_CHARACTER = 12  # at "1," a number takes 8, and its row a line number and more

@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind")
 
-__all__ = ["catalogue_names", "check_document", "find_document", "parse_toml", "record_or_file"]
-
 
 def record_or_file(
     value: object,

@@ -9,8 +9,6 @@ from typing import BinaryIO
 
 from omnimorph.errors import InputError, legible, shown
 
-__all__ = ["MEGABYTE", "is_file", "is_folder", "open_input", "read_text"]
-
 MEGABYTE = 2**20
 
 is_file, is_folder = os.path.isfile, os.path.isdir

@@ -11,8 +11,6 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import VehicleField, fields_of
 
-__all__ = ["AS_THRUST", "FIELDS", "FILE_KEYS", "OF_VEHICLES", "fields_in"]
-
 FIELDS: Mapping[str, VehicleField] = fields_of(Vehicle)
 """Attribute of `Vehicle` -> how it was declared."""
 

@@ -8,8 +8,6 @@ from typing import Literal, get_args
 
 from omnimorph.errors import VehicleError
 
-__all__ = ["KINDS", "Kind", "new_vehicle_text"]
-
 Kind = Literal["fixed", "synchronised", "independent"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 """How the rotors tilt: not at all, all together by one servo, or each by its own."""

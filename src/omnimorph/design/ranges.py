@@ -11,8 +11,6 @@ from typing import Any, NamedTuple
 
 from omnimorph.units import UNITS
 
-__all__ = ["UNIT_VECTOR", "Range"]
-
 
 class Range(NamedTuple):
     """From the least to the largest number that is allowed, in whatever unit they are stated.

@@ -22,8 +22,6 @@ from omnimorph.errors import MISSING, VehicleError
 if TYPE_CHECKING:
     from omnimorph.design.schema import Rotor, RotorDefaults, VehicleFile
 
-__all__ = ["parse_vehicle"]
-
 _SHARED = fields_in("rotor", shared=True)
 _LIMIT_KEYS = {*AS_THRUST.keys(), *AS_THRUST.values()}
 

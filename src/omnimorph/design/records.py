@@ -34,17 +34,6 @@ if TYPE_CHECKING:
 
 Kind = TypeVar("Kind")
 
-__all__ = [
-    "Declaration",
-    "Record",
-    "choice",
-    "declared",
-    "field_of",
-    "quantity",
-    "record_of",
-    "values_of",
-]
-
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Declaration:

@@ -15,8 +15,6 @@ from omnimorph.design.keys import fields_in
 from omnimorph.design.tables import Table, table_with
 from omnimorph.design.vehicle import MOST_ROTORS, MOST_SERVOS
 
-__all__ = ["Filter", "Rotor", "RotorDefaults", "Servo", "VehicleFile"]
-
 
 class RotorDefaults(table_with(fields_in("rotor", shared=True))):  # type: ignore[misc]
     """``[rotor_defaults]``: what all rotors share unless their own table says otherwise."""

@@ -28,17 +28,6 @@ from pydantic.fields import FieldInfo
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Declaration, Record, declared
 
-__all__ = [
-    "Line",
-    "Number",
-    "Table",
-    "Vector",
-    "file_model",
-    "number",
-    "range_of",
-    "table_with",
-]
-
 Number = Annotated[float, Field(allow_inf_nan=False)]
 """A finite number; whole numbers may be written without a point."""
 

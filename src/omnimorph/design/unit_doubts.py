@@ -27,8 +27,6 @@ from omnimorph.units import SPEED_SLIPS, SPEED_UNITS
 if TYPE_CHECKING:
     from omnimorph.design.vehicle import Vehicle
 
-__all__ = ["USUAL_KAPPA", "UnitDoubt", "largest_radius", "question_units", "unit_doubts"]
-
 USUAL_KAPPA = (0.005, 0.05)
 """Torque over force of propellers from 4 to 30 inches, m."""
 

@@ -25,16 +25,6 @@ from numpy.typing import NDArray
 from omnimorph.design.ranges import Range
 from omnimorph.design.records import Declaration, declared, field_of, quantity
 
-__all__ = [
-    "VehicleField",
-    "fields_of",
-    "of_body",
-    "of_filters",
-    "of_rotors",
-    "of_servos",
-    "as_text",
-]
-
 FILTERED = ("position", "velocity", "attitude", "rate")
 """What the state estimator filters, in the order of a field of the filters."""
 

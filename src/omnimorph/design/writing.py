@@ -22,8 +22,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.design.vehicle_fields import VehicleField
 from omnimorph.units import UNITS, from_SI, to_SI
 
-__all__ = ["vehicle_text"]
-
 _written_before: WeakKeyDictionary[Vehicle, str] = WeakKeyDictionary()
 
 

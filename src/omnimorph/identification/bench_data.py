@@ -19,8 +19,6 @@ from omnimorph.identification.unit_hints import check_ratio
 from omnimorph.protocols import FloatArray
 from omnimorph.units import SPEED_UNITS, from_SI, to_SI, unit_of
 
-__all__ = ["STILL", "BenchData", "BenchLike", "as_bench", "column_ranges", "read_bench"]
-
 _SPEEDS = tuple(f"speed_{unit}" for unit in SPEED_UNITS)
 _COMMANDS = tuple(f"command_{unit}" for unit in SPEED_UNITS)
 _ALWAYS = ("time_s", "force_N", "torque_Nm")

@@ -21,8 +21,6 @@ from numpy.typing import NDArray
 
 from omnimorph.protocols import FloatArray
 
-__all__ = ["CoefficientFit", "Estimate", "differ", "fit_coefficient", "spread_of"]
-
 _BEYOND = 5.0
 _NEIGHBOURS = 31
 _OF_GAUSSIAN = 1.4826  # standard deviation over median absolute deviation

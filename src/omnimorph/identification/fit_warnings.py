@@ -12,8 +12,6 @@ from omnimorph.identification.time_constants import StepFit
 from omnimorph.identification.unit_hints import torque_hint
 from omnimorph.protocols import FloatArray
 
-__all__ = ["fit_warnings"]
-
 _SHOWN = 12  # lines of outliers that a sentence names
 _LARGE_OFFSET = 0.01  # of the largest force or torque
 _CORRELATED = 0.3

@@ -33,18 +33,6 @@ from omnimorph.design.records import Record, quantity
 from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 
-__all__ = [
-    "PARTS",
-    "Box",
-    "Cylinder",
-    "MassProperties",
-    "Part",
-    "PartsLike",
-    "PointMass",
-    "assemble",
-    "load_parts",
-]
-
 _MASS = "a positive number of kilograms"
 _PLACE = "three finite numbers [x, y, z] in metres"
 _ANGLES = "three finite angles [roll, pitch, yaw]"

@@ -24,8 +24,6 @@ from omnimorph.identification.unit_hints import check_expected
 from omnimorph.protocols import FloatArray
 from omnimorph.units import from_SI
 
-__all__ = ["LEAST_ROWS", "RotorFit", "fit_rotor"]
-
 LEAST_ROWS = 8
 """So many rows must turn in a sense of rotation for it to be fitted."""
 _MOVING = 0.02  # of the largest speed: slower rows count as at rest

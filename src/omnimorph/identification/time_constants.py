@@ -21,8 +21,6 @@ from omnimorph.errors import InputError
 from omnimorph.identification.coefficients import Estimate
 from omnimorph.protocols import FloatArray
 
-__all__ = ["StepFit", "combined", "fit_steps"]
-
 _LEAST_STEP = 0.05  # of the largest command: smaller changes are not taken for steps
 _BEGUN = 0.10  # of the way: rows before are left out, so that a delay does no harm
 _LEAST_ROWS = 8  # from there on

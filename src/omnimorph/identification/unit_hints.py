@@ -14,8 +14,6 @@ from omnimorph.design.unit_doubts import USUAL_KAPPA
 from omnimorph.errors import InputError
 from omnimorph.units import SPEED_SLIPS, SPEED_UNITS, unit_of
 
-__all__ = ["check_expected", "check_ratio", "torque_hint"]
-
 _CLOSE = 0.05  # relative: two readings of one speed
 _ALIKE = 0.35  # relative: two propellers of one kind; (2π)² = 39 and 60²/(2π)² = 91 stay apart
 _TORQUE_UNITS = {"N cm": 1e-2, "N mm": 1e-3, "kgf cm": 9.80665e-2, "oz in": 7.0616e-3}

@@ -25,8 +25,6 @@ from omnimorph.viewer.stage import Actor, set_stage
 from omnimorph.viewer.tables import number_table
 from omnimorph.viewer.vehicle_solid import reach_of
 
-__all__ = ["LivePage"]
-
 _PICTURES = 30.0  # a second
 _CHARTS = 1.0  # a second
 _NUMBERS = 10.0  # a second

@@ -11,8 +11,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.loop import NO_PUSH, SteppedFlight
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["PUSH_SECONDS", "Pilot"]
-
 PUSH_SECONDS = 0.2
 """How long a push lasts."""
 

@@ -11,8 +11,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.core import as_core, as_thrust, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = ["allocation_matrix", "full_allocation_matrix", "rotor_speed", "tilt_derivative"]
-
 
 def allocation_matrix(vehicle: VehicleLike, tilt: ArrayLike) -> FloatArray:
     """Return A(α), which maps thrusts to the wrench they make: w_B = A(α) f.

@@ -17,8 +17,6 @@ from omnimorph.design.vehicle_fields import fields_of
 from omnimorph.errors import ScenarioError, VehicleError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["as_core", "as_thrust", "as_tilt", "core_fields", "in_float64", "state_row"]
-
 _LARGEST_TILT = OF_VEHICLES["angle_max_deg"].in_SI("deg").most
 _made: WeakKeyDictionary[Vehicle, _core.Vehicle] = WeakKeyDictionary()
 

@@ -11,8 +11,6 @@ from omnimorph.model.allocation import allocation_matrix
 from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import FloatArray, State
 
-__all__ = ["GRAVITY", "hover_thrust", "rotation_exponential", "wrench_for"]
-
 GRAVITY = 9.81
 """Acceleration of free fall, m/s²."""
 

@@ -10,8 +10,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.model.allocation import allocation_matrix
 from omnimorph.protocols import FloatArray
 
-__all__ = ["propeller_radius", "thrust_axes"]
-
 
 def propeller_radius(vehicle: Vehicle) -> float:
     """Return a radius for drawings, m: the largest with which no two discs touch, but for 4 %.

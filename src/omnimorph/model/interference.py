@@ -18,8 +18,6 @@ from omnimorph.model.allocation import rotor_speed
 from omnimorph.model.core import as_core, as_thrust, as_tilt
 from omnimorph.protocols import FloatArray
 
-__all__ = ["WAKE_MODELS", "WakeModel", "stacked_pairs", "thrust_lost"]
-
 WakeModel = Literal["published", "blade-element"]
 
 WAKE_MODELS: tuple[WakeModel, ...] = ("published", "blade-element")

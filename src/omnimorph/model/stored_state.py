@@ -6,8 +6,6 @@ from typing import Any, ClassVar, Protocol
 
 from omnimorph.errors import ScenarioError
 
-__all__ = ["Storable"]
-
 
 class _CorePart(Protocol):
     """A part of the compiled core that remembers something."""

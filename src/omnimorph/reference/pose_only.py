@@ -12,8 +12,6 @@ from omnimorph.reference import rows
 from omnimorph.reference.samples import SampledReference
 from omnimorph.reference.segments import SegmentReference
 
-__all__ = ["PoseOnly"]
-
 
 @dataclass(frozen=True, eq=False)
 class PoseOnly:

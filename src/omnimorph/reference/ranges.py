@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from omnimorph.design.ranges import Range
 
-__all__ = ["ANGLES_DEG", "APART", "DURATIONS", "MOST_POSES", "MOVES", "POSITIONS", "TIMES"]
-
 DURATIONS = Range(1e-6, 1e6)
 """Of a segment, s."""
 TIMES = Range(0.0, 1e6)

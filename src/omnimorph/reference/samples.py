@@ -28,8 +28,6 @@ from omnimorph.protocols import Desired, FloatArray, Reference
 from omnimorph.reference import rows
 from omnimorph.reference.ranges import APART, MOST_POSES, POSITIONS, TIMES
 
-__all__ = ["ReferenceLike", "SampledReference", "as_reference"]
-
 ReferenceLike = Reference | str | os.PathLike[str]
 """A reference, or a CSV file of poses."""
 

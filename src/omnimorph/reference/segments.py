@@ -29,8 +29,6 @@ from omnimorph.protocols import Desired, FloatArray
 from omnimorph.reference import rows
 from omnimorph.reference.ranges import ANGLES_DEG, APART, DURATIONS, MOVES, POSITIONS, TIMES
 
-__all__ = ["Segment", "SegmentReference", "segments_from_waypoints"]
-
 TABLE_LENGTH = 21
 _TOLERANCE = 0.01  # of the length of a unit vector or quaternion, and of R Rᵀ
 

@@ -10,8 +10,6 @@ from pathlib import Path
 from omnimorph.errors import RunFileError
 from omnimorph.results.temporary import temporary_in
 
-__all__ = ["replacing", "write_text"]
-
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:

@@ -31,8 +31,6 @@ from omnimorph.units import from_SI
 if TYPE_CHECKING:
     from omnimorph.design.vehicle import Vehicle
 
-__all__ = ["Column", "Sizes", "column", "columns_of", "described", "sizes_of"]
-
 Sizes = Mapping[str, int]
 """How long each dimension is, by its name."""
 

@@ -9,17 +9,6 @@ import numpy as np
 from omnimorph.protocols import FloatArray
 from omnimorph.results.run import Run
 
-__all__ = [
-    "AttitudeError",
-    "Phase",
-    "attitude_error",
-    "attitude_error_between",
-    "drag_energy_J",
-    "phases",
-    "position_error_mm",
-    "rotation_about_x_deg",
-]
-
 _DIRECTIONS = ("x", "y", "z")
 
 

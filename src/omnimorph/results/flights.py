@@ -14,8 +14,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.results.many_metrics import ManyMetrics
 from omnimorph.results.run import Run
 
-__all__ = ["BatchPerformance", "Flights", "Precision"]
-
 Precision = Literal["float64", "float32"]
 
 

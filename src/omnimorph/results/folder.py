@@ -11,8 +11,6 @@ from omnimorph.errors import InputError
 from omnimorph.machine.signals import held_back
 from omnimorph.results.temporary import temporary_in
 
-__all__ = ["check_folder", "replaced_text", "staged"]
-
 
 def check_folder(out: Path) -> None:
     """Refuse a folder that cannot be written to, before hours are spent on what goes there.

@@ -10,8 +10,6 @@ from omnimorph.results.metrics import Metrics
 from omnimorph.results.record import Outcome, RunRecord
 from omnimorph.results.sums import LAST_SECOND
 
-__all__ = ["FAR_ATTITUDE", "sentence_of"]
-
 FAR_ATTITUDE = math.radians(30.0)
 """An attitude that is off by this much over the last second, rad, was not followed."""
 

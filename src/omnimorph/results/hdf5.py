@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["OutputFile", "fixed_text", "plain", "stored"]
-
 _LONGEST_FIXED_TEXT = 32_000  # bytes; HDF5 keeps no more than 64 KiB beside an object
 
 

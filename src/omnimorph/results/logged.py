@@ -11,8 +11,6 @@ from omnimorph.errors import InputError
 from omnimorph.protocols import FloatArray
 from omnimorph.results.columns import Column, Sizes
 
-__all__ = ["LoggedColumn", "as_columns", "checked", "logged_sizes"]
-
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,99}")  # what every program that reads netCDF takes
 _MOST_DIMS, _LONGEST_UNIT = 3, 40
 

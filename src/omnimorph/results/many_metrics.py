@@ -10,8 +10,6 @@ from omnimorph.results.metrics import METRICS, Metrics, metrics_of_row, values_o
 from omnimorph.results.record import Outcome
 from omnimorph.results.sums import FlightSums
 
-__all__ = ["ManyMetrics", "metrics_from_sums"]
-
 _NAMES = tuple(metric.name for metric in METRICS)
 
 

@@ -22,8 +22,6 @@ from typing import Any, NamedTuple
 from omnimorph.protocols import FloatArray
 from omnimorph.results.sums import FlightSums
 
-__all__ = ["Measure", "Metric", "described", "metric", "metrics_of"]
-
 
 class Measure(NamedTuple):
     """how a metric is shown: its label, the factor from the metric to the unit, and that unit."""

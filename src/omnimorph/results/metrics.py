@@ -20,8 +20,6 @@ from omnimorph.results.metric import Measure, Metric, described, metric, metrics
 from omnimorph.results.record import RunRecord
 from omnimorph.results.sums import FlightSums, sums_of_run
 
-__all__ = ["MEASURES", "METRICS", "Metrics", "metrics_from_run", "metrics_of_row", "values_of"]
-
 _TURN = 2.0 * math.pi
 _DEGREE = math.degrees(1.0)
 

@@ -10,8 +10,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.results.columns import sizes_of
 from omnimorph.results.record import COLUMNS, RunRecord
 
-__all__ = ["SCHEMA_VERSION", "WITH_LOGS", "add_missing", "names_in_file", "schema_of"]
-
 WITH_LOGS = 3
 """The first schema of files with logged columns; one without them needs no reader of it."""
 _OWN = max(column.since for column in COLUMNS)

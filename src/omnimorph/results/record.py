@@ -25,8 +25,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.results.columns import Column, column, columns_of, described, sizes_of
 from omnimorph.results.logged import LoggedColumn, checked
 
-__all__ = ["COLUMN", "COLUMNS", "Outcome", "Performance", "Provenance", "RunRecord", "names_taken"]
-
 
 class Outcome(enum.Enum):
     """How a flight ended; the value is the sentence a user reads."""

@@ -30,8 +30,6 @@ from omnimorph.results.logged import LoggedColumn, as_columns, logged_sizes
 from omnimorph.results.older_files import SCHEMA_VERSION, names_in_file, schema_of
 from omnimorph.results.record import COLUMNS, Outcome, Provenance, RunRecord
 
-__all__ = ["ATTRIBUTES", "LOGGED", "SCHEMA", "hash_content", "hash_of", "save_run"]
-
 SCHEMA = "omnimorph run"
 LOGGED = "logged"  # the attribute that says so
 _AXES = ["x", "y", "z"]

@@ -11,8 +11,6 @@ from omnimorph.model.core import as_core
 from omnimorph.protocols import FloatArray
 from omnimorph.results.record import COLUMNS, Outcome, RunRecord
 
-__all__ = ["LAST_SECOND", "FlightSums", "sums_of_run"]
-
 LAST_SECOND = _core.LAST_SECOND
 """Over which the end of a flight is judged, s."""
 

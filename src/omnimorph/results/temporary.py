@@ -19,8 +19,6 @@ from pathlib import Path
 
 from omnimorph.machine.signals import held_back
 
-__all__ = ["is_temporary", "temporary_in"]
-
 _NAME = re.compile(r"\.omnimorph-[0-9a-f]{12}\.part")
 
 

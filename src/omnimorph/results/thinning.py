@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Band", "band", "envelope", "thin"]
-
 
 class Band(NamedTuple):
     """A noisy curve in columns of equal length: (columns,) arrays."""

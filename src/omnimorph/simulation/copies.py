@@ -7,8 +7,6 @@ from functools import partial
 from types import CellType, FunctionType, ModuleType
 from typing import Any
 
-__all__ = ["copied"]
-
 
 def copied(part: Any, memo: dict[int, Any]) -> Any:
     """Return a deep copy, in which a function has its own copy of the variables that it shares.

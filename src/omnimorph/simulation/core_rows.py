@@ -15,8 +15,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.core_settings import CoreSettings, loop_fields
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["ALIKE", "PAIRS", "CoreRows", "numbers_of_core"]
-
 PAIRS = "plant.interference.pairs"
 """Which rotors are in line: the core finds it once for all flights in a register's lanes."""
 ALIKE = "controller.allocation.weights.alike"

@@ -22,8 +22,6 @@ from omnimorph.simulation.own_parts import FAILURES, PartFailed, in_flight, name
 from omnimorph.simulation.plant import control_steps, core_motion
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["MOST_STEPS", "CoreSettings", "core_settings_of", "loop_fields", "physics_steps"]
-
 MOST_STEPS = 2**31
 """How many physics steps a flight has at most; no flight draws the noise of a later one."""
 

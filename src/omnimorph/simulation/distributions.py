@@ -18,8 +18,6 @@ from omnimorph.arrays import as_numbers
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["Distribution", "Normal", "Uniform", "numbers_drawn"]
-
 
 class Distribution(Protocol):
     """Anything with the inverse of a distribution function, such as those of ``scipy.stats``."""

@@ -21,8 +21,6 @@ from omnimorph.simulation.parts import (
 from omnimorph.simulation.scenario_files import ScenarioLike
 from omnimorph.simulation.whole_number import whole_number
 
-__all__ = ["fly", "measurement_noise"]
-
 
 def fly(
     scenario: ScenarioLike,

@@ -23,8 +23,6 @@ from omnimorph.simulation.own_parts import PythonObject
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.variation import VARIABLE, Variation
 
-__all__ = ["fly_each"]
-
 
 @dataclass(frozen=True)
 class _Flown:

@@ -37,8 +37,6 @@ from omnimorph.simulation.scenario_files import ScenarioLike
 from omnimorph.simulation.variation import Distribution, Variation, draw, numbers_of_a_flight
 from omnimorph.simulation.whole_number import whole_number
 
-__all__ = ["fly_many"]
-
 _PATIENCE = 0.1  # s between two looks at whether the user wants to stop
 _BYTES_OF_A_FLIGHT = 800  # without its trace: start, sums, metrics and outcome, with what is copied
 _BYTES_OF_A_NUMBER = 24  # in which flights differ, with what is copied

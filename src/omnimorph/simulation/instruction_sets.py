@@ -13,8 +13,6 @@ from typing import Any
 from omnimorph import _core
 from omnimorph.errors import InputError
 
-__all__ = ["INSTRUCTION_SET", "batch_module"]
-
 VARIABLE = "OMNIMORPH_SIMD"
 
 

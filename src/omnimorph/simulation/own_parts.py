@@ -34,19 +34,6 @@ from omnimorph.protocols import (
 from omnimorph.reference.samples import SampledReference
 from omnimorph.simulation.copies import copied
 
-__all__ = [
-    "FAILURES",
-    "NOT_BOTH",
-    "OwnParts",
-    "PartFailed",
-    "PythonObject",
-    "check_plant",
-    "described",
-    "in_flight",
-    "named",
-    "name_of",
-]
-
 _AT_FIRST = ("physics_step", "control_period", "reset", "send", "step_physics")
 _AFTER_RESET = ("motion", "speed", "tilt", "wrench")
 

@@ -47,18 +47,6 @@ from omnimorph.simulation.plant import PlantModel, as_plant
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario, list_scenarios
 
-__all__ = [
-    "AllocatorLike",
-    "AnyPlant",
-    "ControllerLike",
-    "DisturbanceLike",
-    "EstimatorLike",
-    "ReferenceLike",
-    "SensorsLike",
-    "names_an_object",
-    "with_parts",
-]
-
 Path_ = str | os.PathLike[str]
 Effects = Effect | Sequence[Effect] | PlantModel
 AnyPlant = Path_ | PlantModel | PythonObject | Plant

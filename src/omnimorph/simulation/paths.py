@@ -40,8 +40,6 @@ from omnimorph.simulation.plant import PlantModel
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.simulation.scenario_files import ScenarioLike, as_scenario
 
-__all__ = ["paths", "replaced", "shape_at", "value_at"]
-
 _PATH = re.compile(r"(.*?)((?:\[(?:0|[1-9][0-9]{0,8})\])*)", re.DOTALL)
 _MOST_NAMED = 4
 _PROPOSED_FOR = ("vehicle.", "start_tilt", "plant.control_period", "plant.command-delay.")

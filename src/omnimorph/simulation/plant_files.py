@@ -26,18 +26,6 @@ from omnimorph.errors import InputError, ScenarioError
 from omnimorph.simulation.effects import EFFECTS
 from omnimorph.simulation.plant_model import PlantModel
 
-__all__ = [
-    "FileHead",
-    "PlantFile",
-    "PlantLike",
-    "PlantTable",
-    "as_plant",
-    "built_of",
-    "list_plants",
-    "load_plant",
-    "plant_of_table",
-]
-
 PlantLike = PlantModel | str | os.PathLike[str]
 """A plant, or the name or file of one."""
 

@@ -19,8 +19,6 @@ from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, in_float64
 from omnimorph.simulation.effects import ConstantWrench, Effect, PlantBuild
 
-__all__ = ["INTEGRATORS", "PlantModel", "control_steps"]
-
 INTEGRATORS = ("semi-implicit-euler", "runge-kutta-4")
 _TIME_STEPS = Range(1e-3, 1e4)  # ms
 _POSITIVE = "a positive number of milliseconds"

@@ -22,8 +22,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects import CommandDelay
 from omnimorph.simulation.plant_model import PlantModel
 
-__all__ = ["Controller", "overridden", "overrides_as_file", "proposed_controller"]
-
 Controller = tuple[TrackingGains, AllocationRule]
 
 

@@ -26,8 +26,6 @@ from omnimorph.simulation.own_parts import FAILURES, PartFailed, name_of
 from omnimorph.simulation.scenario import Scenario
 from omnimorph.version import __version__
 
-__all__ = ["OUTCOMES", "FlownRows", "Logs", "as_run", "bytes_of_a_row", "bytes_of_flights"]
-
 _BYTES_OF_A_SAMPLE = 800  # of a reference that is asked for every step, with what is copied
 OUTCOMES = {
     _core.FlightStatus.COMPLETED: Outcome.COMPLETED,

@@ -27,8 +27,6 @@ from omnimorph.simulation.own_parts import OwnParts, described
 from omnimorph.simulation.plant import PlantLike, PlantModel, as_plant
 from omnimorph.simulation.proposed import overridden, overrides_as_file, proposed_controller
 
-__all__ = ["LOST_BEYOND", "TILTS_DEG", "Scenario"]
-
 LOST_BEYOND = Range(1e-6, 1e9)
 """In m."""
 TILTS_DEG = Range(-1e5, 1e5)

@@ -31,8 +31,6 @@ from omnimorph.reference.segments import Segment
 from omnimorph.simulation.plant_files import FileHead, PlantTable
 from omnimorph.simulation.scenario import LOST_BEYOND, TILTS_DEG
 
-__all__ = ["ProposedTable", "Samples", "ScenarioFile", "Waypoints"]
-
 _QUATERNION = "four numbers w, x, y, z of unit length"
 
 

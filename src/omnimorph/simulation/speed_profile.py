@@ -14,8 +14,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.whole_number import rotor_index
 from omnimorph.units import from_SI, to_SI
 
-__all__ = ["SpeedProfile", "speed_steps"]
-
 _PROFILE = "the speed profile"
 _MOST_LEVELS = 2**20
 _ROUNDING = 1e-9

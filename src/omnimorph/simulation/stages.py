@@ -17,8 +17,6 @@ from omnimorph.simulation.core_settings import CoreSettings
 from omnimorph.simulation.own_parts import FAILURES, OwnParts, PartFailed, check_plant, named
 from omnimorph.simulation.scenario import Scenario
 
-__all__ = ["NO_PUSH", "Stages", "at_steps_of", "six_numbers"]
-
 NO_PUSH = np.zeros(6)
 NO_PUSH.flags.writeable = False  # every flight hands out this one
 _NOT_ASKED = np.full(6, np.nan)

@@ -45,8 +45,6 @@ from omnimorph.simulation.speed_profile import SpeedProfile
 from omnimorph.simulation.whole_number import rotor_index, whole_number
 from omnimorph.units import from_SI
 
-__all__ = ["SixAxisSensor", "StandReading", "ThrustStand"]
-
 _STAND, _PROFILE = "the thrust stand", "the speed profile"
 _OF_ROTORS: tuple[type[Effect], ...] = (
     CommandDelay,

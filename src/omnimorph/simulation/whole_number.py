@@ -7,8 +7,6 @@ import operator
 from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 
-__all__ = ["rotor_index", "whole_number"]
-
 
 def whole_number(place: str, name: str, value: object, bits: int) -> int:
     """Return an integer that fits in so many bits; refuse anything else."""

@@ -23,8 +23,6 @@ from omnimorph.simulation.effects.effect import (
     numbers_of,
 )
 
-__all__ = ["CommandDelay", "MeasurementNoise", "ModelMismatch"]
-
 _NOISE = Range(0.0, 1e9)
 
 

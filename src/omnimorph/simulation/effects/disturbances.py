@@ -12,8 +12,6 @@ from omnimorph.design.records import quantity
 from omnimorph.errors import ScenarioError
 from omnimorph.simulation.effects.effect import Effect, PlantBuild
 
-__all__ = ["ConstantWrench", "SineWrench", "WrenchProfile"]
-
 _WRENCH = Range(-1e9, 1e9)
 _THREE = "three finite numbers"
 _PROFILE = "rows of three finite numbers, one for each time"

@@ -14,8 +14,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.protocols import FloatArray
 
-__all__ = ["FACTOR", "FACTORS", "SIZE", "TIME", "TIMES", "Effect", "PlantBuild", "numbers_of"]
-
 # What a message says is allowed.
 TIME = "a number of milliseconds, not negative"
 SIZE = "a number, not negative"

@@ -16,15 +16,6 @@ from omnimorph.protocols import FloatArray
 from omnimorph.simulation.effects.effect import SIZE, TIME, TIMES, Effect, PlantBuild, numbers_of
 from omnimorph.units import from_SI
 
-__all__ = [
-    "DeadBand",
-    "Effectiveness",
-    "Interference",
-    "RotorLag",
-    "RotorMomentum",
-    "SpeedLimits",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class RotorLag(Effect):

@@ -9,8 +9,6 @@ from omnimorph.design.ranges import Range
 from omnimorph.design.records import quantity
 from omnimorph.simulation.effects.effect import TIME, TIMES, Effect, PlantBuild, numbers_of
 
-__all__ = ["ServoLag", "ServoRateLimit"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ServoLag(Effect):

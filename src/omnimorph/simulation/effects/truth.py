@@ -12,8 +12,6 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.simulation.effects.effect import Effect
 from omnimorph.units import from_SI
 
-__all__ = ["TrueValues"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrueValues(Effect):

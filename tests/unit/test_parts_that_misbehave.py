@@ -243,3 +243,22 @@ def test_what_an_engine_gives_is_made_of_real_numbers(name: str, bad: Any, said:
     with pytest.raises(om.InputError, match=said) as caught:
         om.fly(SHORT, plant=forwarding(**{name: changed}))
     assert "ndarray[" not in str(caught.value)
+
+
+@pytest.mark.parametrize("late", [0, 101])
+def test_an_attitude_that_is_no_rotation_ends_the_flight(late: int) -> None:
+    times = iter(range(10**6))
+
+    def stretched(self: Wall) -> om.State:
+        state = self._behind.motion
+        return state._replace(R_WB=state.R_WB * 1.01) if next(times) >= late else state
+
+    flight = om.SteppedFlight(om.with_parts(SHORT, plant=forwarding(motion=property(stretched))))
+    if late == 0:
+        with pytest.raises(om.InputError, match=r"the plant: attitude is .* a rotation"):
+            flight.fly()
+        return
+    flight.fly()
+    run = flight.as_run()
+    assert run.outcome is om.Outcome.PART_FAILED
+    assert 101 <= len(run.time) <= 105

@@ -20,6 +20,8 @@ from omnimorph.simulation.scenario import Scenario
 NO_PUSH = np.zeros(6)
 NO_PUSH.flags.writeable = False  # every flight hands out this one
 _NOT_ASKED = np.full(6, np.nan)
+_IDENTITY = np.eye(3)
+_ORTHONORMAL = 1e-3  # which an engine that integrates a matrix may drift away from
 _UNKNOWN = np.zeros(0)  # thrusts that a plant does not say
 
 
@@ -238,7 +240,7 @@ class Stages:
         if self._moves_in_core:
             core.integrate(self._settings.control_every, push)
             return
-        self._check_steps()
+        self._check_engine()
         for _ in range(min(self._settings.control_every, left)):
             self._advance(push + self._disturbance() if "disturbance" in self._own else push)
             if core.status != _core.FlightStatus.FLYING:
@@ -284,8 +286,8 @@ class Stages:
         except FAILURES as error:
             raise PartFailed(self._names["plant"], error) from error
 
-    def _check_steps(self) -> None:
-        """Refuse an engine whose time steps are no longer those of the flight."""
+    def _check_engine(self) -> None:
+        """Refuse an engine that has other time steps than at first, or no rotation as attitude."""
         if self._engine is None:
             return
         try:
@@ -293,6 +295,10 @@ class Stages:
             if steps != self._steps_of_engine:
                 allowed = f"{self._steps_of_engine}, as when the flight began"
                 raise ScenarioError.at("the plant", "steps in seconds", steps, allowed)
+            R = self._core.truth()[3:12].reshape(3, 3)
+            if not abs(R @ R.T - _IDENTITY).max() < _ORTHONORMAL:
+                allowed = f"a rotation, orthonormal to {_ORTHONORMAL:g}"
+                raise ScenarioError.at("the plant", "attitude", R, allowed)
         except FAILURES as error:
             raise PartFailed(self._names["plant"], error) from error
 

@@ -171,7 +171,7 @@ def test_no_two_flights_share_an_object_behind_partial() -> None:
 )
 def test_flights_do_not_differ_in_what_an_object_stands_in_for(part: str, name: str) -> None:
     own: Any = {"plant": wall(), "controller": Counting(SHORT)}
-    with pytest.raises(om.InputError, match=f"vary is .{name}.* {part} stands in for"):
+    with pytest.raises(om.InputError, match=f"vary is .{name}.* {part} is an object that"):
         om.fly_many(SHORT, 2, vary={name: [1.0, 2.0]}, **{part: own[part]})
     other = ({"plant", "controller"} - {part}).pop()
     assert len(om.fly_many(SHORT, 2, vary={name: [4.0, 4.1]}, **{other: own[other]})) == 2

@@ -69,7 +69,7 @@ def fly_each(
             raise ScenarioError.at("fly_many", "vary", name, allowed)
         for kind, part in scenario.own.given().items():
             if name.startswith(_OF_PARTS.get(kind, ())) and not isinstance(part, PythonObject):
-                allowed = f"nothing that the {kind} stands in for, which is an object of its own"
+                allowed = f"a number that is flown; the {kind} is an object that does not read it"
                 raise ScenarioError.at("fly_many", "vary", name, allowed)
     numbers = range(first, first + variation.flights)
     began, interrupted = perf_counter(), False

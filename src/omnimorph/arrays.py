@@ -25,3 +25,17 @@ def as_numbers(value: object) -> NDArray[np.float64]:
     except Exception:  # rows of different lengths, 10**400, whatever an object's __array__ raises
         pass
     return np.array(math.nan)
+
+
+def real_array(value: object) -> NDArray[np.float64]:
+    """Return numbers as an array of float64 in C order, of one dimension at least.
+
+    Raises
+    ------
+    ValueError
+        If they are none, such as texts and complex numbers, of which NumPy would make some.
+    """
+    array = np.asarray(value)
+    if value is None or array.dtype.kind not in "biufO":
+        raise ValueError(f"a {type(value).__name__} of {array.dtype} is not made of real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)

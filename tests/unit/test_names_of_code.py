@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.unit.own_objects import SHORT, differing
 from tests.unit.test_code_in_files import PARTS, STILL, of, written
@@ -27,6 +28,9 @@ counter = Counter()
 class Paper:
     def __init__(self, scenario):
         self.controller = scenario.build_controller()
+
+    def __call__(self, time, state, desired):
+        return self.controller(time, state, desired)
 
 
 class Lost(Still):
@@ -108,23 +112,41 @@ def test_what_options_hold_does_not_break_the_run(steady: Path) -> None:
 
 
 def test_the_rule_that_a_file_does_not_state_is_never_flown(steady: Path, tmp_path: Path) -> None:
-    mine = om.load_scenario(steady, allow_code=True)
-    said = "there is no allocation rule"
+    """Nor that of a base for another vehicle."""
+    for folder in (steady.parent, tmp_path / "paper"):
+        file = folder / "mine.toml"
+        if not folder.exists():
+            with_more(folder, STILL + of("controller", "{module}:Paper"))
+        text = file.read_text("utf-8").replace("\n[", '\nvehicle = "omnimorph"\n[', 1)
+        file.write_text(text, encoding="utf-8")
+    mine, said = om.load_scenario(steady, allow_code=True), "there is no allocation rule"
     for parts in ({"allocator": "joint-tilt"}, {"controller": om.TrackingGains()}):
         given: Any = parts
         with pytest.raises(om.InputError, match=said):
             om.fly(mine, **given)
     with pytest.raises(om.InputError, match=said):
         om.fly(SHORT, allocator=mine)
-    paper = with_more(tmp_path / "paper", STILL + of("controller", "{module}:Paper"))
     with pytest.raises(om.InputError, match=said):
-        om.fly(paper, allow_code=True)
+        om.fly(tmp_path / "paper/mine.toml", allow_code=True)
     flight = om.SteppedFlight(mine)
     with pytest.raises(om.InputError, match=said):
         flight.step(demand=[0.0] * 6)
     flight.change_controller(SHORT)
     flight.step(demand=[0.0] * 6)
     assert om.fly(mine, controller=SHORT).outcome is om.Outcome.COMPLETED
+
+
+def test_a_controller_of_ones_own_may_build_that_of_its_base(tmp_path: Path) -> None:
+    file = with_more(tmp_path / "built", STILL + of("controller", "{module}:Paper"))
+    scenario = om.load_scenario(file, allow_code=True)
+    base = om.load_scenario("paper-case-a")
+    assert (scenario.gains, scenario.allocator) == (base.gains, base.allocator)
+    reported = om.fly(base, reference=scenario.reference)
+    run = om.fly(scenario)
+    np.testing.assert_allclose(run.p_WB, reported.p_WB, rtol=0.0, atol=1e-9)
+    above = tmp_path / "above.toml"
+    above.write_text('schema = 1\nname = "above"\nbase = "built/mine.toml"\n', encoding="utf-8")
+    assert differing(om.fly(above, allow_code=True), run) == []
 
 
 def test_a_part_of_another_file_brings_its_code_if_that_is_allowed(steady: Path) -> None:

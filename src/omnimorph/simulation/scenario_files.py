@@ -116,7 +116,7 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
     >>> load_scenario("paper-case-a").reference.duration
     45.0
     """
-    document, file = _with_bases(name_or_path, [])
+    document, file, stated = _with_bases(name_or_path, [])
     content = check_document(ScenarioFile, document, file, ScenarioError)
     folder = Path(file).parent
     vehicle = built_of(file, lambda: load_vehicle(_beside(content.vehicle, folder)))
@@ -127,7 +127,12 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
         plant = built_of(file, lambda: plant_of_table(content.plant, "own"))
     built_of(file, lambda: check_it_can_fly(vehicle))
     start_tilt = _start_tilt(content.start_tilt_deg, vehicle, file)
-    controller: Any = content.controller
+    named: Any = content.controller
+    controller = named
+    if named.kind == "python" and stated is not None:  # it may build that of the base for itself
+        document = document | {"controller": stated}
+        controller = check_document(ScenarioFile, document, file, ScenarioError).controller
+    is_proposed = getattr(controller, "proposed", False)
     overrides: dict[str, Any] = {}
     if controller.kind == "paper" and controller.proposed:
         proposed = built_of(file, lambda: proposed_controller(vehicle, plant, start_tilt))
@@ -136,7 +141,8 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
         gains, allocator = overridden(file, proposed, overrides)
     else:
         gains, allocator = _stated(controller)
-    own = _own_parts(content, controller, file, folder, allow_code)
+    own_controller = named if named.kind == "python" else controller
+    own = _own_parts(content, own_controller, file, folder, allow_code)
     return built_of(
         file,
         lambda: Scenario(
@@ -149,7 +155,7 @@ def load_scenario(name_or_path: str | os.PathLike[str], *, allow_code: bool = Fa
             reference=_reference_from(content.reference, file, folder, allow_code),
             start_tilt=start_tilt,
             attitude_gives_way=getattr(controller, "attitude_gives_way", False),
-            proposed=getattr(content.controller, "proposed", False),
+            proposed=is_proposed,
             overrides=overrides,
             lost_beyond=content.lost_beyond_m,
             own=own,
@@ -167,18 +173,24 @@ def _catalogue() -> Traversable:
     return resources.files("omnimorph.simulation") / "scenarios"
 
 
-def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple[Document, str]:
-    """Return a scenario's document laid over those it is based on, and its file."""
+def _with_bases(
+    name_or_path: str | os.PathLike[str], above: list[str]
+) -> tuple[Document, str, Document | None]:
+    """Return a scenario's document laid over those it is based on, and its file.
+
+    The third is the controller of the core in a base, for the same vehicle, that one of one's own
+    stands in for.
+    """
     file, text = find_document(name_or_path, _catalogue(), "scenario", ScenarioError)
     document = parse_toml(text, file, ScenarioError)
     base = document.pop("base", None)
     if base is None:
-        return document, file
+        return document, file, None
     if not isinstance(base, str):
         raise ScenarioError.at(file, "base", base, "the name or file of another scenario")
     if file in above or len(above) == _MOST_BASES:
         raise ScenarioError.at(file, "base", base, "a scenario that is not based on this one")
-    below, _ = _with_bases(_beside(base, Path(file).parent), [*above, file])
+    below, _, stated = _with_bases(_beside(base, Path(file).parent), [*above, file])
     below = _seen_from_above(below, Path(base).parent)
     if _is_proposed(document) and not _is_proposed(below):
         # The base's gains and allocator would not be flown.
@@ -188,7 +200,12 @@ def _with_bases(name_or_path: str | os.PathLike[str], above: list[str]) -> tuple
             below["controller"] = {key: controller[key] for key in kept if key in controller}
     if "name" not in document:
         raise ScenarioError.at(file, "name", MISSING, "the scenario's own name")
-    return _laid_over(document, below), file
+    lower = below.get("controller")
+    if isinstance(lower, dict) and lower.get("kind", "paper") == "paper":
+        stated = lower
+    if "vehicle" in document:  # which it may not fit
+        stated = None
+    return _laid_over(document, below), file, stated
 
 
 def _seen_from_above(document: Document, folder: Path) -> Document:

@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 
 from omnimorph import _core
-from omnimorph.arrays import as_numbers
-from omnimorph.errors import ScenarioError, shown
+from omnimorph.arrays import as_numbers, real_array
+from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, state_row
 from omnimorph.protocols import Command, FloatArray, Log, Plant, State
 from omnimorph.reference.rows import desired_from_row
@@ -84,7 +84,19 @@ class Stages:
         self._decides_in_core = not self._own.keys() - {"plant", "disturbance"}
 
     def true_state(self) -> State:
-        """Return the motion, speeds, tilt and acceleration as they are."""
+        """Return the motion, speeds, tilt and acceleration as they are.
+
+        Raises
+        ------
+        ScenarioError
+            If an engine of one's own fails to say its acceleration.
+        """
+        try:
+            return self._true_state()
+        except PartFailed as failed:
+            raise ScenarioError(f"{failed.part} failed with {failed.what}.") from failed
+
+    def _true_state(self) -> State:
         all_of_it, n = self._core.truth(), self._n_rotors
         acceleration = all_of_it[18:24]
         own = self._read("acceleration")
@@ -156,7 +168,7 @@ class Stages:
 
     def _estimate(self, logs: list[tuple[str, Log]]) -> tuple[FloatArray, State]:
         """Return the estimated motion, as 18 numbers and as a state."""
-        core, true = self._core, self.true_state()
+        core, true = self._core, self._true_state()
         extras = true.speed, true.tilt, true.acceleration
         if not self._own.keys() & {"sensors", "estimator"}:
             row = core.measure()
@@ -211,7 +223,7 @@ class Stages:
             try:
                 self._core.decide(thrust, tilt, asked)
             except TypeError:  # not yet arrays of float64
-                thrust, tilt = _array(thrust), _array(tilt)
+                thrust, tilt = real_array(thrust), real_array(tilt)
                 self._core.decide(thrust, tilt, asked)
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a pair of thrusts, one for each rotor, and tilts, one for each servo"
@@ -257,7 +269,7 @@ class Stages:
             self._place(push, 1)
 
     def _disturbance(self) -> FloatArray:
-        answer = self._ask("disturbance", self.time, self.true_state())
+        answer = self._ask("disturbance", self.time, self._true_state())
         push = as_numbers(answer)
         if push.shape != (6,) or not (self._engine is None or np.isfinite(push).all()):
             allowed = "six finite numbers, force in W and torque in B"
@@ -313,7 +325,7 @@ class Stages:
             try:
                 finite = place(*its, steps_later)
             except TypeError:  # not yet arrays of float64
-                finite = place(*map(_array, its), steps_later)
+                finite = place(*map(real_array, its), steps_later)
         except (TypeError, ValueError, OverflowError) as problem:
             allowed = "a State, (n,) speeds, (m,) tilts and a (6,) wrench"
             text = f"the plant cannot be flown, because {problem}; it must give {allowed}."
@@ -359,14 +371,6 @@ def six_numbers(place: str, name: str, value: object) -> FloatArray:
         raise ScenarioError.at(place, name, value, allowed)
     numbers.flags.writeable = False  # a part of one's own is given it
     return numbers
-
-
-def _array(part: object) -> FloatArray:
-    """Return numbers as the core takes them; raise `ValueError` for what is none."""
-    array = np.asarray(part)
-    if part is None or array.dtype.kind not in "biufO":
-        raise ValueError(f"{shown(part)} is not made of real numbers")
-    return np.ascontiguousarray(array, dtype=np.float64)
 
 
 def _wrench_of(command: Any, otherwise: FloatArray) -> FloatArray:

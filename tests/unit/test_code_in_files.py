@@ -63,6 +63,7 @@ schema = 1
 name = "mine"
 base = "paper-case-a"
 """
+VEHICLE = 'vehicle = "omnimorph"\n'  # stated, so that the controller of the base is not for it
 
 
 def of(key: str, named: str) -> str:
@@ -165,7 +166,7 @@ def test_a_file_may_be_named_from_its_own_folder(
 def test_nothing_allocates_by_the_weights_that_a_file_does_not_give(
     key: str, parts: dict[str, Any], tmp_path: Path
 ) -> None:
-    file, _ = written(tmp_path, PARTS[key])
+    file, _ = written(tmp_path, VEHICLE + PARTS[key])
     scenario = om.load_scenario(file, allow_code=True)
     with pytest.raises(om.InputError, match="mine: there is no allocation rule"):
         om.with_parts(scenario, **parts)
@@ -174,7 +175,7 @@ def test_nothing_allocates_by_the_weights_that_a_file_does_not_give(
 
 
 def test_a_demand_needs_an_allocator(tmp_path: Path) -> None:
-    file, _ = written(tmp_path, PARTS["controller"])
+    file, _ = written(tmp_path, VEHICLE + PARTS["controller"])
     up = np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
     flight = om.SteppedFlight(om.load_scenario(file, allow_code=True))
     with pytest.raises(om.InputError, match="mine: there is no allocation rule"):

@@ -234,6 +234,11 @@ def test_an_object_that_is_not_there_is_refused_in_a_sentence(
         ('\n[estimator]\nkind = "python"\n', "estimator.object"),
         ('\n[estimator]\nkind = "python"\nobject = 3\n', "estimator.object"),
         ("\nestimator = 3\n", "estimator"),
+        ("\ncontroller = 3\n", "controller"),
+        ("\n[[controller]]\n", "controller"),
+        ("\n[controller]\nallocator = 3\n", "controller.allocator"),
+        ("\n[controller]\nkind = 3\n", "controller.kind"),
+        ("\n[controller]\nproposed = true\nallocator = 3\n", "controller.allocator"),
         (
             '\n[controller]\nkind = "mine"\n',
             'controller.kind is "mine", but it must be paper or python.',

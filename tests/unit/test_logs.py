@@ -95,5 +95,13 @@ def test_what_a_command_by_hand_holds_beside_is_logged() -> None:
     assert (throttle.values.tolist(), throttle.unit) == ([0.5] * 4, "%")
 
 
+def test_what_sensors_want_recorded_is_logged() -> None:
+    def seen(time: float, state: om.State) -> om.State:
+        return om.Estimate(*state, log={"seen": (state.p_WB, "m")})
+
+    run = om.fly(SHORT, sensors=seen)
+    np.testing.assert_array_equal(run["seen"][:200:4], run.p_WB[:200:4])
+
+
 def test_a_run_without_logs_has_none() -> None:
     assert om.fly(SHORT).logged == {}

@@ -157,7 +157,7 @@ class PythonController(PythonTable):
 
 def _kind_of_controller(value: Any) -> str:
     """Return which one a controller is, so that only its own mistakes are reported."""
-    given = value if isinstance(value, dict) else vars(value)
+    given = value if isinstance(value, dict) else getattr(value, "__dict__", {})
     if given.get("kind", "paper") != "paper":
         return "PythonController"
     return "ProposedTable" if given.get("proposed") is True else TrackingGains.__name__

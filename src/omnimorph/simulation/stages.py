@@ -176,6 +176,7 @@ class Stages:
         if "sensors" in self._own:
             measured = self._ask("sensors", self.time, true)
             row = self._row("sensors", measured)
+            logs.append((self._names["sensors"], getattr(measured, "log", {})))
         else:
             row = core.measured()
             measured = _state(row, *extras)

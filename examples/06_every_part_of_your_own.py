@@ -84,6 +84,7 @@ class RigidBody:
     """A plant: rotors that follow commands at once, on a body with drag, by Euler's steps."""
 
     physics_step, control_period = 1e-3, 4e-3
+    drag = 0.1  # N s/m
 
     def __init__(self, vehicle: om.Vehicle) -> None:
         self.vehicle = vehicle
@@ -111,7 +112,7 @@ class RigidBody:
         (p, R, v, w), J = self.motion, self.vehicle.inertia
         wrench = self.wrench
         for _ in range(steps):
-            force = R @ wrench[:3] + push[:3] - 0.1 * v
+            force = R @ wrench[:3] + push[:3] - self.drag * v
             torque = wrench[3:] + push[3:] - np.cross(w, J @ w)
             v = v + self.physics_step * (force / self.vehicle.mass - np.array([0.0, 0.0, 9.81]))
             w = w + self.physics_step * np.linalg.solve(J, torque)

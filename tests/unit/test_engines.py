@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,8 @@ import omnimorph as om
 from omnimorph.protocols import FloatArray, Plant
 from omnimorph.reference.segments import Segment, SegmentReference
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
+RIGID_BODY: Any = runpy.run_path(str(EXAMPLES / "06_every_part_of_your_own.py"))["RigidBody"]
 ALL_EFFECTS = replace(SHORT.plant, effects=EVERYTHING)
 
 
@@ -199,45 +202,13 @@ def test_an_engine_may_say_its_thrust_and_its_acceleration() -> None:
     np.testing.assert_array_equal(seen[-1], np.arange(6.0))
 
 
-class Brick:
-    """A rigid body in NumPy: exact rotors and servos, Euler steps; its own time steps."""
-
-    physics_step, control_period = 5e-4, 2e-3
-
-    def __init__(self, vehicle: om.Vehicle) -> None:
-        self.vehicle = vehicle
-
-    def reset(self, state: om.State, tilt: FloatArray, thrust: FloatArray, seed: int) -> None:
-        self.motion, self.tilt, self.thrust = state, tilt, thrust
-
-    @property
-    def speed(self) -> FloatArray:
-        return np.sign(self.thrust) * np.sqrt(abs(self.thrust) / self.vehicle.thrust_coefficient)
-
-    @property
-    def wrench(self) -> FloatArray:
-        return om.allocation_matrix(self.vehicle, self.tilt) @ self.thrust
-
-    def send(self, command: om.Command) -> None:
-        self.thrust, self.tilt = command
-
-    def step_physics(self, steps: int, push: FloatArray) -> None:
-        h, (p, R, v, w), J = self.physics_step * steps, self.motion, self.vehicle.inertia
-        force, torque = self.wrench[:3], self.wrench[3:]
-        a = (R @ force + push[:3]) / self.vehicle.mass - np.array([0.0, 0.0, 9.81])
-        v = v + h * a
-        w = w + h * np.linalg.solve(J, torque + push[3:] - np.cross(w, J @ w))
-        x, y, z = 0.5 * h * w
-        skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        turn = np.linalg.solve(np.eye(3) - skew, np.eye(3) + skew)  # Cayley
-        self.motion = om.State(p + h * v, R @ turn, v, w)
-
-
 def test_a_rigid_body_in_numpy_flies_as_the_core_does() -> None:
     way = Segment(0.2, (0.01, 0.0, 0.02), (0.0, 0.6, 0.8), 0.1)
     turning = SegmentReference((0.0, 0.0, 1.0), np.eye(3), [way])
     perfect = replace(SHORT, plant=om.load_plant("perfect"), reference=turning)
-    own = om.fly(perfect, plant=Brick(perfect.vehicle))
+    engine = RIGID_BODY(perfect.vehicle)
+    engine.physics_step, engine.control_period, engine.drag = 5e-4, 2e-3, 0.0
+    own = om.fly(perfect, plant=engine)
     steps = replace(perfect.plant, physics_step=5e-4, control_period=2e-3)
     core = om.fly(replace(perfect, plant=steps))
     assert own.outcome is om.Outcome.COMPLETED
@@ -246,4 +217,4 @@ def test_a_rigid_body_in_numpy_flies_as_the_core_does() -> None:
     np.testing.assert_allclose(own.p_WB, core.p_WB, rtol=0.0, atol=2e-6)
     np.testing.assert_allclose(own.R_WB, core.R_WB, rtol=0.0, atol=2e-5)
     assert abs(own.R_WB[-1] - np.eye(3)).max() > 0.05
-    assert own.provenance.scenario["engine"] == {"kind": "python", "name": "Brick"}
+    assert own.provenance.scenario["engine"] == {"kind": "python", "name": "RigidBody"}

@@ -18,7 +18,7 @@ from omnimorph.design.vehicle import Vehicle
 from omnimorph.errors import ScenarioError
 from omnimorph.model.core import as_core, as_thrust, as_tilt, in_float64, state_row
 from omnimorph.model.dynamics import hover_thrust
-from omnimorph.model.stored_state import Storable
+from omnimorph.model.stored_state import Copyable
 from omnimorph.protocols import Command, Desired, FloatArray, State
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def _refusal(rule: AllocationRule, name: str, allowed: str) -> ScenarioError:
     return ScenarioError.at(rule.kind, key, rule.as_file()[key], allowed)
 
 
-class PoseController(Storable):
+class PoseController(Copyable):
     """Pose tracking and allocation for one vehicle, in the compiled core.
 
     It remembers its last command, to which the next one is tied (W3, and the tilt's rate limit).
@@ -218,11 +218,11 @@ class PoseController(Storable):
         ScenarioError
             If the rows are not as many, or not as wide.
         """
-        measured, wished = (np.ascontiguousarray(rows, float) for rows in (states, desired))
-        if measured.ndim != 2 or measured.shape != (len(wished), 18) or wished.shape[1:] != (24,):
-            shapes = f"{measured.shape} and {wished.shape}"
+        states, desired = (np.ascontiguousarray(rows, float) for rows in (states, desired))
+        if states.ndim != 2 or states.shape != (len(desired), 18) or desired.shape[1:] != (24,):
+            shapes = f"{states.shape} and {desired.shape}"
             raise ScenarioError.at("replay", "shape of its arrays", shapes, "(K, 18) and (K, 24)")
-        return self._in_core.replay(measured, wished)
+        return self._in_core.replay(states, desired)
 
 
 def _row(name: str, value: object, size: int) -> FloatArray:

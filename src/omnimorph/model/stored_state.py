@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Protocol
 
 from omnimorph.errors import ScenarioError
@@ -27,10 +28,6 @@ class Storable:
     kind: ClassVar[str]
     _in_core: _CorePart
 
-    def _new_core(self) -> Any:
-        """Return a part of the core of the same settings; what it remembers does not matter."""
-        raise NotImplementedError
-
     def stored_state(self) -> bytes:
         """Return what it remembers: all that it needs to go on the same to the last bit.
 
@@ -55,6 +52,14 @@ class Storable:
             raise ScenarioError(
                 f"{place} cannot be used, because {problem}; it must be {allowed}."
             ) from None
+
+
+class Copyable(Storable, ABC):
+    """One that is copied and pickled too, and needs nothing for it but what it is made of."""
+
+    @abstractmethod
+    def _new_core(self) -> Any:
+        """Return a part of the core of the same settings; what it remembers does not matter."""
 
     def __getstate__(self) -> dict[str, Any]:
         """Return what it is made of and what it remembers."""

@@ -14,7 +14,7 @@ from omnimorph.design.files import VehicleLike, as_vehicle
 from omnimorph.errors import OmnimorphError, ScenarioError
 from omnimorph.model.core import as_thrust, as_tilt, state_row
 from omnimorph.model.dynamics import hover_thrust
-from omnimorph.model.stored_state import Storable
+from omnimorph.model.stored_state import Copyable
 from omnimorph.protocols import Command, FloatArray, State
 from omnimorph.reference.rows import ROTATION, are_rotations
 from omnimorph.simulation.plant_files import PlantLike, as_plant
@@ -38,7 +38,7 @@ PARTS_OF_STATE = {"p": slice(0, 3), "R": slice(3, 12), "v": slice(12, 15), "w": 
 """Of the 18 numbers of a state, by the core's names."""
 
 
-class SimulatedPlant(Storable):
+class SimulatedPlant(Copyable):
     """A plant that is stepped from Python (satisfies `omnimorph.protocols.Plant`).
 
     It can be copied and pickled in the middle of a flight, and goes on the same to the last bit.
